@@ -1,0 +1,34 @@
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <vector>
+
+namespace mp2p_icp
+{
+/// How many items one block of block_sum() and parallel_for_blocks() holds. Fixed: it decides the bits of
+/// sums.
+constexpr size_t BLOCK_SIZE = 1024;
+
+/** Calls `work(first, last)` for the consecutive ranges [0,BLOCK_SIZE), [BLOCK_SIZE, 2*BLOCK_SIZE), ... of
+ * `count` items, on as many threads as TBB gives (one without TBB). The ranges do not depend on the number of
+ * threads, so work that only writes to its own range gives the same result on any number of them. An
+ * exception of `work` reaches the caller.
+ */
+void parallel_for_blocks(size_t count, const std::function<void(size_t first, size_t last)>& work);
+
+/** Sum of `part(first, last)` over the blocks of `count` items, always added in the order of the blocks:
+ * bit-identical on any number of threads. `Sum` needs a default value of zero and `+=`.
+ */
+template <class Sum, class Part>
+Sum block_sum(size_t count, const Part& part)
+{
+    std::vector<Sum> sums((count + BLOCK_SIZE - 1) / BLOCK_SIZE);
+    parallel_for_blocks(count,
+                        [&](size_t first, size_t last) { sums[first / BLOCK_SIZE] = part(first, last); });
+    Sum total{};
+    for (const Sum& s : sums) total += s;
+    return total;
+}
+
+}  // namespace mp2p_icp

@@ -1,0 +1,22 @@
+#include <mp2p_icp/parallel.h>
+
+#include <algorithm>
+
+#ifdef MP2P_ICP_HAS_TBB
+#include <tbb/parallel_for.h>
+#endif
+
+namespace mp2p_icp
+{
+void parallel_for_blocks(size_t count, const std::function<void(size_t first, size_t last)>& work)
+{
+    const size_t blocks = (count + BLOCK_SIZE - 1) / BLOCK_SIZE;
+    const auto do_block = [&](size_t b) { work(b * BLOCK_SIZE, std::min(count, (b + 1) * BLOCK_SIZE)); };
+#ifdef MP2P_ICP_HAS_TBB
+    tbb::parallel_for(size_t(0), blocks, do_block);
+#else
+    for (size_t b = 0; b < blocks; b++) do_block(b);
+#endif
+}
+
+}  // namespace mp2p_icp

@@ -1,0 +1,59 @@
+#pragma once
+
+#include <mp2p_icp/IterTermReason.h>
+#include <mp2p_icp/Pairings.h>
+#include <mp2p_icp/observability.h>
+#include <mrpt/poses/CPose3DPDFGaussian.h>
+
+#include <iosfwd>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace mp2p_icp
+{
+/** What an ICP run found, and how far it can be trusted.
+ *
+ * `optimal_tf.mean` is the pose that was found for the verdicts `aligned` and `under_constrained`. For all
+ * others it is the guess, bit by bit, the pose that was found (if any) is in `rejected_pose`, and the
+ * covariance is infinite: nothing was learnt. finalPairings, quality, residual_rms and unobservable belong to
+ * `optimal_tf.mean`: matched once more at the end.
+ */
+struct Results
+{
+    /** Pose of local with respect to global; covariance order x y z yaw pitch roll, m and rad, infinite where
+     * unobservable. First-order, from the scatter of the final pairings, each taken as an independent
+     * measurement. Pairings of nearest points of separately sampled surfaces are not independent: there the
+     * standard deviations are a lower bound, and the errors measured were 3 to 6 times (2-D yaw: up to 18
+     * times) as large.
+     */
+    mrpt::poses::CPose3DPDFGaussian optimal_tf;
+    /// Same order. Exact also where the covariance is infinite.
+    mrpt::math::CMatrixDouble66 information;
+    double optimalScale = 1.0;
+
+    Verdict verdict = Verdict::failed;
+    std::string verdict_reason;  ///< one sentence
+    std::optional<mrpt::poses::CPose3D> rejected_pose;
+    std::vector<FreeTwist> unobservable;
+
+    size_t nIterations = 0;  ///< how many times pairings were solved
+    IterTermReason terminationReason = IterTermReason::Undefined;
+    double quality = 0;       ///< 0..1
+    double residual_rms = 0;  ///< of the final pairings' distances, m
+
+    /// Mean truncated squared residual over all local points used (m^2): at the guess, and where the
+    /// iterations ended.
+    double cost_at_guess = 0, cost_at_end = 0;
+
+    uint64_t local_points_used = 0;  ///< that the matchers considered at the end
+    Pairings finalPairings;
+
+    bool trusted() const { return verdict == Verdict::aligned; }
+
+    void print(std::ostream& out) const;
+    void serializeTo(mrpt::serialization::CArchive& out) const;
+    void serializeFrom(mrpt::serialization::CArchive& in);
+};
+
+}  // namespace mp2p_icp

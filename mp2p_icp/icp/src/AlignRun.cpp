@@ -1,0 +1,376 @@
+#include "AlignRun.h"
+
+#include <mp2p_icp/numbers.h>
+#include <mp2p_icp/se3.h>
+#include <mrpt/core/bits_math.h>
+#include <mrpt/poses/Lie/SE.h>
+
+#include <algorithm>
+#include <iostream>
+#include <limits>
+#include <numeric>
+#include <stdexcept>
+
+namespace mp2p_icp
+{
+using mrpt::poses::CPose3D;
+
+namespace
+{
+mrpt::math::TPoint3D centre_of(const metric_map_t& map)
+{
+    const auto box = map.bounding_box();
+    return box ? (box->min + box->max) * 0.5 : mrpt::math::TPoint3D(0, 0, 0);
+}
+
+/// Translation (m) and rotation (rad) of the increment from one pose to another, as norms of its logarithm in
+/// SE(3).
+std::pair<double, double> step_between(const CPose3D& from, const CPose3D& to)
+{
+    const auto log = mrpt::poses::Lie::SE<3>::log(to - from);
+    return {std::hypot(log[0], log[1], log[2]), std::hypot(log[3], log[4], log[5])};
+}
+}  // namespace
+
+AlignRun::AlignRun(const ICP& icp, const metric_map_t& local, const metric_map_t& global,
+                   const CPose3D& guess, const Parameters& parameters,
+                   const std::optional<mrpt::poses::CPose3DPDFGaussianInf>& prior, LogRecord* log)
+    : icp_(icp),
+      local_(local),
+      global_(global),
+      parameters_(parameters),
+      offsets_(local, global),
+      original_guess_(guess),
+      guess_(offsets_.to_stored(guess)),
+      log_(log),
+      state_(global, local),
+      local_centre_(centre_of(local)),
+      pose_(guess_)
+{
+    if (prior) solver_context_.prior = offsets_.to_stored(*prior);
+}
+
+Results AlignRun::run()
+{
+    iterate();
+    Results out;
+    judge(out);
+    describe_returned_pose(out);
+    return out;
+}
+
+// ---- The loop
+// -----------------------------------------------------------------------------------------------------------
+
+void AlignRun::iterate()
+{
+    first_gate_ = gate(0);
+    for (uint32_t iteration = 0; iteration < parameters_.maxIterations;)
+    {
+        last_iteration_ = iteration;
+        const size_t handed_over = solver_context_.switched_off.size();
+        if (!one_iteration(iteration)) return;
+        uint32_t next = iteration + 1;
+        if (has_stalled() && solver_context_.switched_off.size() == handed_over)
+        {
+            const auto change = next_change(iteration);
+            if (!change || *change >= parameters_.maxIterations)
+            {
+                reason_ = IterTermReason::Stalled;
+                return;
+            }
+            next = *change;  // nothing would move until then
+        }
+        iteration = next;
+    }
+    reason_ = IterTermReason::MaxIterations;
+}
+
+bool AlignRun::one_iteration(uint32_t iteration)
+{
+    const auto ends_with = [this](IterTermReason reason)
+    {
+        reason_ = reason;
+        return false;
+    };
+    const auto tle = mrpt::system::CTimeLoggerEntry(*icp_.profiler_, "align.iteration");
+    const Pairings pairings =
+        run_matchers(icp_.matchers_, global_, local_, pose_, match_context(iteration), state_);
+    if (pairings.empty())
+    {
+        nobody_matched_ = std::none_of(icp_.matchers_.begin(), icp_.matchers_.end(),
+                                       [&](const auto& m) { return m->is_active(match_context(iteration)); });
+        return ends_with(IterTermReason::NoPairings);
+    }
+    if (!solve(pairings, iteration)) return ends_with(IterTermReason::SolverError);
+    log_iteration(pairings, iteration);
+    print_iteration(pairings, iteration);
+    if (has_diverged(pose_))
+    {
+        diverged_ = true;
+        return ends_with(IterTermReason::SolverError);
+    }
+    if (hook_stops(pairings, iteration)) return ends_with(IterTermReason::HookRequest);
+    if (!checkpoint_passed(pairings, iteration)) return ends_with(IterTermReason::QualityCheckpointFailed);
+    return true;
+}
+
+bool AlignRun::solve(const Pairings& pairings, uint32_t iteration)
+{
+    const auto tle = mrpt::system::CTimeLoggerEntry(*icp_.profiler_, "align.solve");
+    solver_context_.guessRelativePose = pose_;
+    solver_context_.icpIteration = iteration;
+    solver_context_.variables = match_context(iteration).variables;
+    solver_context_.currentCorrectionFromInitialGuess = pose_ - guess_;
+    if (before_) solver_context_.lastIcpStepIncrement = pose_ - *before_;
+    OptimalTF_Result solution;
+    if (!run_solvers(icp_.solvers_, pairings, solution, solver_context_)) return false;
+    solution_ = solution;
+    solved_++;
+    before_that_ = before_;
+    before_ = pose_;
+    pose_ = solution.optimalPose;
+    return true;
+}
+
+bool AlignRun::has_diverged(const CPose3D& pose) const
+{
+    if (!is_finite(pose)) return true;
+    if (!first_gate_) return false;
+    const auto moved = pose.composePoint(local_centre_) - guess_.composePoint(local_centre_);
+    return moved.norm() > parameters_.maxMotionOverThreshold * *first_gate_;
+}
+
+bool AlignRun::has_stalled() const
+{
+    const auto is_small = [this](const CPose3D& from)
+    {
+        const auto [metres, radians] = step_between(from, pose_);
+        return metres < parameters_.minAbsStep_trans && radians < parameters_.minAbsStep_rot;
+    };
+    // Against the pose before the last one, too: a run that jumps between two poses has also ended.
+    return (before_ && is_small(*before_)) || (before_that_ && is_small(*before_that_));
+}
+
+std::optional<uint32_t> AlignRun::next_change(uint32_t iteration) const
+{
+    const auto now = gate(iteration), then = gate(iteration + 1);
+    if (now && then && std::abs(*then - *now) > 0.01 * *now) return iteration + 1;
+    std::optional<uint32_t> next;
+    const auto consider = [&](uint32_t boundary)
+    {
+        if (boundary > iteration && (!next || boundary < *next)) next = boundary;
+    };
+    const auto consider_part = [&](const auto& part)
+    {
+        if (!part.enabled) return;
+        consider(part.runFromIteration);
+        if (part.runUpToIteration > 0) consider(part.runUpToIteration + 1);
+    };
+    for (const auto& m : icp_.matchers_) consider_part(*m);
+    for (const auto& s : icp_.solvers_) consider_part(*s);
+    return next;
+}
+
+bool AlignRun::checkpoint_passed(const Pairings& pairings, uint32_t iteration) const
+{
+    const auto it = parameters_.quality_checkpoints.find(iteration);
+    if (it == parameters_.quality_checkpoints.end()) return true;
+    const auto quality = ICP::evaluate_quality(icp_.quality_evaluators_, global_, local_, pose_, pairings,
+                                               match_context(iteration));
+    return quality.quality >= it->second;
+}
+
+bool AlignRun::hook_stops(const Pairings& pairings, uint32_t iteration) const
+{
+    if (!icp_.iteration_hook_) return false;
+    ICP::IterationHook_Input input;
+    input.pcGlobal = &global_, input.pcLocal = &local_;
+    input.currentPairings = &pairings, input.currentSolution = &solution_, input.currentIteration = iteration;
+    return icp_.iteration_hook_(input).request_stop;
+}
+
+void AlignRun::log_iteration(const Pairings& pairings, uint32_t iteration)
+{
+    if (!log_ || !parameters_.saveIterationDetails || iteration % parameters_.decimationIterationDetails != 0)
+        return;
+    if (!log_->iterationsDetails) log_->iterationsDetails.emplace();
+    (*log_->iterationsDetails)[iteration] = {pose_, pairings};
+}
+
+void AlignRun::print_iteration(const Pairings& pairings, uint32_t iteration) const
+{
+    if (!parameters_.debugPrintIterationProgress) return;
+    const auto [metres, radians] = step_between(*before_, pose_);
+    std::cout << "iteration " << iteration << ": step " << metres << " m, " << mrpt::RAD2DEG(radians)
+              << " deg; pose " << pose_.asString() << "; " << pairings.contents_summary() << "\n";
+}
+
+// ---- Contexts
+// -----------------------------------------------------------------------------------------------------------
+
+MatchContext AlignRun::match_context(uint32_t iteration) const
+{
+    MatchContext context;
+    context.icpIteration = iteration;
+    context.variables["ICP_ITERATION"] = iteration;
+    return context;
+}
+
+std::optional<double> AlignRun::gate(uint32_t iteration) const
+{
+    const MatchContext context = match_context(iteration);
+    std::optional<double> largest;
+    for (const auto& m : icp_.matchers_)
+    {
+        if (!m->is_active(context)) continue;
+        const auto g = m->gate(context);
+        if (g && (!largest || *g > *largest)) largest = g;
+    }
+    return largest;
+}
+
+// ---- The verdict
+// --------------------------------------------------------------------------------------------------------
+
+std::vector<double> AlignRun::costs_at(const CPose3D& pose, double gate)
+{
+    std::vector<double> all;
+    const MatchContext context = match_context(last_iteration_);
+    for (const auto& m : icp_.matchers_)
+    {
+        if (!m->is_active(context)) continue;
+        const auto costs = m->truncated_costs(global_, local_, pose, context, state_, gate);
+        all.insert(all.end(), costs.begin(), costs.end());
+    }
+    return all;
+}
+
+void AlignRun::reject(Results& out, Verdict verdict, const std::string& reason) const
+{
+    out.verdict = verdict;
+    out.verdict_reason = reason;
+    if (solved_ > 0) out.rejected_pose = offsets_.to_original(pose_);
+}
+
+namespace
+{
+double mean(const std::vector<double>& values)
+{
+    const double sum = std::accumulate(values.begin(), values.end(), 0.0);
+    return values.empty() ? 0.0 : sum / static_cast<double>(values.size());
+}
+
+/** Has the mean risen by more than twice its own standard error? Costs are samples: which points lie just
+ * inside the gate, and which one is the nearest, changes with every micrometre, so that one of two equally
+ * good poses would always be "worse". The rounding of float distances is not a rise either.
+ */
+bool has_risen(const std::vector<double>& from, const std::vector<double>& to, double gate)
+{
+    const size_t n = std::min(from.size(), to.size());
+    const double rise = mean(to) - mean(from), count = static_cast<double>(n);
+    double squares = 0;
+    for (size_t i = 0; i < n; i++) squares += std::pow(to[i] - from[i] - rise, 2);
+    const double standard_error = n > 1 ? std::sqrt(squares / (count * (count - 1))) : 0.0;
+    return rise > 2 * standard_error + 1e-6 * mean(from) + 1e-12 * gate * gate;
+}
+
+double largest_pair_distance(const Pairings& pairings)
+{
+    double largest_sq = 0;
+    for (const auto& p : pairings.paired_pt2pt)
+        largest_sq = std::max(largest_sq, p.errorSquareAfterTransformation);
+    return std::sqrt(largest_sq);
+}
+}  // namespace
+
+void AlignRun::judge(Results& out)
+{
+    out.terminationReason = reason_;
+    out.nIterations = solved_;
+    if (diverged_)
+        return reject(out, Verdict::diverged,
+                      is_finite(pose_) ? "the local cloud moved by more than " +
+                                             to_text(parameters_.maxMotionOverThreshold) +
+                                             " times the first matching distance"
+                                       : "the solver gave a pose that is not finite");
+    if (nobody_matched_)
+        return reject(out, Verdict::failed,
+                      "no matcher of the pipeline is active in iteration " + std::to_string(last_iteration_));
+    if (reason_ == IterTermReason::NoPairings)
+        return reject(out, Verdict::no_overlap,
+                      "no point of the local cloud has a partner within the matching distance");
+    if (reason_ == IterTermReason::SolverError)
+        return reject(out, Verdict::failed, "no solver of the pipeline could use the pairings");
+    if (reason_ == IterTermReason::QualityCheckpointFailed)
+        return reject(out, Verdict::failed, "the quality was too low at a checkpoint");
+
+    const MatchContext context = match_context(last_iteration_);
+    const Pairings at_end = run_matchers(icp_.matchers_, global_, local_, pose_, context, state_);
+    const auto quality =
+        ICP::evaluate_quality(icp_.quality_evaluators_, global_, local_, pose_, at_end, context);
+    if (at_end.empty() || quality.hard_discard)
+    {
+        out.terminationReason = IterTermReason::NoPairings;
+        return reject(out, Verdict::no_overlap,
+                      "only " + std::to_string(at_end.size()) + " of " +
+                          std::to_string(at_end.potential_pairings) +
+                          " possible pairings were found: too little overlap");
+    }
+    const double final_gate = gate(last_iteration_).value_or(largest_pair_distance(at_end));
+    const auto at_guess = costs_at(guess_, final_gate), at_result = costs_at(pose_, final_gate);
+    out.cost_at_guess = mean(at_guess), out.cost_at_end = mean(at_result);
+    if (has_risen(at_guess, at_result, final_gate))
+        return reject(out, Verdict::worse_than_guess,
+                      "the mean truncated squared distance rose from " + to_text(out.cost_at_guess) +
+                          " m^2 at the guess to " + to_text(out.cost_at_end) + " m^2");
+    if (reason_ == IterTermReason::MaxIterations && before_)
+    {
+        const auto [metres, radians] = step_between(*before_, pose_);
+        if (metres > 10 * parameters_.minAbsStep_trans || radians > 10 * parameters_.minAbsStep_rot)
+            return reject(out, Verdict::failed,
+                          "still moving by " + to_text(metres) + " m and " + to_text(mrpt::RAD2DEG(radians)) +
+                              " deg per iteration after maxIterations; allow more");
+    }
+    out.verdict = Verdict::aligned;
+    out.verdict_reason = "converged, with overlap, and fits no worse than the guess";
+}
+
+void AlignRun::describe_returned_pose(Results& out)
+{
+    const bool found = out.verdict == Verdict::aligned;
+    const CPose3D stored = found ? pose_ : guess_;
+    out.optimal_tf.mean = found ? offsets_.to_original(pose_) : original_guess_;
+    const MatchContext context = match_context(last_iteration_);
+    const Pairings pairings = run_matchers(icp_.matchers_, global_, local_, stored, context, state_);
+    out.local_points_used = pairings.potential_pairings;
+    if (out.verdict != Verdict::no_overlap)
+        out.quality =
+            ICP::evaluate_quality(icp_.quality_evaluators_, global_, local_, stored, pairings, context)
+                .quality;
+
+    const Observability seen = observability(pairings, stored);
+    out.unobservable = seen.free;
+    for (auto& twist : out.unobservable)
+        if (twist.kind != FreeTwist::Kind::Translation) twist.through += offsets_.global();
+    out.residual_rms = seen.residual_rms;
+    out.finalPairings = offsets_.to_original(pairings);
+    if (!found)
+    {
+        out.optimal_tf.cov.setZero();
+        for (int i = 0; i < 6; i++) out.optimal_tf.cov(i, i) = std::numeric_limits<double>::infinity();
+        return;
+    }
+    // The shifted coordinates are doubles, exact: nothing was rounded there.
+    const Observability in_original =
+        offsets_.none() ? seen : observability(out.finalPairings, out.optimal_tf.mean, seen.sigma, 0.0);
+    out.optimal_tf.cov = in_original.covariance;
+    out.information = in_original.information;
+    if (seen.rank < 6)
+    {
+        out.verdict = Verdict::under_constrained;
+        out.verdict_reason = "the pairings leave " + std::to_string(6 - seen.rank) + " motions free";
+    }
+}
+
+}  // namespace mp2p_icp

@@ -1,0 +1,66 @@
+#pragma once
+
+#include <mp2p_icp/ICP.h>
+
+#include <optional>
+
+#include "map_offsets.h"
+
+namespace mp2p_icp
+{
+/** One call of ICP::align(): everything that a run remembers. Poses are in stored coordinates inside. */
+class AlignRun
+{
+ public:
+    AlignRun(const ICP& icp, const metric_map_t& local, const metric_map_t& global,
+             const mrpt::poses::CPose3D& guess, const Parameters& parameters,
+             const std::optional<mrpt::poses::CPose3DPDFGaussianInf>& prior, LogRecord* log);
+
+    Results run();
+
+ private:
+    void iterate();
+    /// One round of match and solve. \return false when the run has ended.
+    bool one_iteration(uint32_t iteration);
+    bool solve(const Pairings& pairings, uint32_t iteration);
+    bool has_diverged(const mrpt::poses::CPose3D& pose) const;
+    bool has_stalled() const;
+    bool checkpoint_passed(const Pairings& pairings, uint32_t iteration) const;
+    bool hook_stops(const Pairings& pairings, uint32_t iteration) const;
+    void log_iteration(const Pairings& pairings, uint32_t iteration);
+    void print_iteration(const Pairings& pairings, uint32_t iteration) const;
+
+    /// Are matching distances, matchers or solvers going to change after this iteration, and when?
+    std::optional<uint32_t> next_change(uint32_t iteration) const;
+
+    MatchContext match_context(uint32_t iteration) const;
+    std::optional<double> gate(uint32_t iteration) const;
+    std::vector<double> costs_at(const mrpt::poses::CPose3D& pose, double gate);
+    void judge(Results& out);
+    /// Returns the guess instead of what was found.
+    void reject(Results& out, Verdict verdict, const std::string& reason) const;
+    void describe_returned_pose(Results& out);
+
+    const ICP& icp_;
+    const metric_map_t& local_;
+    const metric_map_t& global_;
+    const Parameters& parameters_;
+    const MapOffsets offsets_;
+    const mrpt::poses::CPose3D original_guess_, guess_;
+    LogRecord* log_;
+    MatchState state_;
+    SolverContext solver_context_;
+    std::optional<double> first_gate_;
+    mrpt::math::TPoint3D local_centre_{0, 0, 0};
+
+    mrpt::poses::CPose3D pose_;
+    std::optional<mrpt::poses::CPose3D> before_, before_that_;  ///< poses of the last two iterations
+    OptimalTF_Result solution_;
+    size_t solved_ = 0;
+    uint32_t last_iteration_ = 0;
+    bool diverged_ = false;
+    bool nobody_matched_ = false;  ///< no matcher was active in the last iteration
+    IterTermReason reason_ = IterTermReason::Undefined;
+};
+
+}  // namespace mp2p_icp

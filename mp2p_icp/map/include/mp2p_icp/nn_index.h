@@ -1,0 +1,53 @@
+#pragma once
+
+#include <mrpt/maps/CPointsMap.h>
+#include <mrpt/math/TBoundingBox.h>
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <vector>
+
+namespace mp2p_icp
+{
+/// Points as three arrays of the same length.
+struct PointArrays
+{
+    std::vector<float> x, y, z;
+    size_t size() const { return x.size(); }
+    void resize(size_t n) { x.resize(n), y.resize(n), z.resize(n); }
+};
+
+/// Index of "no neighbour".
+constexpr uint32_t NO_NEIGHBOR = UINT32_MAX;
+
+/** Nearest neighbours among the points of one layer. Built once, never changes; any number of threads may ask
+ * at once. Distances are Euclidean, squared, in float, as the layer's coordinates are.
+ */
+class NearestNeighborIndex
+{
+ public:
+    using ConstPtr = std::shared_ptr<const NearestNeighborIndex>;
+    virtual ~NearestNeighborIndex() = default;
+
+    virtual size_t size() const = 0;
+
+    /// The box around the finite points; empty if there are none.
+    virtual std::optional<mrpt::math::TBoundingBoxf> bounding_box() const = 0;
+
+    /** For each query in [first, last): the up to `k` nearest points closer than sqrt(max_dist_sq[i]),
+     * nearest first, into ids[i*k ...] and dist_sq[i*k ...]; the rest is filled with NO_NEIGHBOR. Every entry
+     * of max_dist_sq may be infinite. One virtual call for a whole range of points; O(k + log size) each.
+     */
+    virtual void nearest(const PointArrays& queries, size_t first, size_t last, uint32_t k,
+                         const float* max_dist_sq, uint32_t* ids, float* dist_sq) const = 0;
+};
+
+/** A KD-tree (nanoflann) over the map's own coordinate buffers. The map is kept alive, and must not change.
+ * \param leaf_max_points 0: the default, 10.
+ */
+NearestNeighborIndex::ConstPtr make_kdtree_index(const mrpt::maps::CPointsMap::ConstPtr& points,
+                                                 uint32_t leaf_max_points = 0);
+
+}  // namespace mp2p_icp

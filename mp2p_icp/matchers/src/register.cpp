@@ -1,0 +1,11 @@
+#include <mp2p_icp/Matcher_Points_DistanceThreshold.h>
+#include <mp2p_icp/Matcher_Points_InlierRatio.h>
+#include <mrpt/core/initializer.h>
+
+MRPT_INITIALIZER(register_mp2p_icp_matchers)
+{
+    mrpt::rtti::registerClass(CLASS_ID_NAMESPACE(Matcher, mp2p_icp));
+    mrpt::rtti::registerClass(CLASS_ID_NAMESPACE(Matcher_Points_Base, mp2p_icp));
+    mrpt::rtti::registerClass(CLASS_ID_NAMESPACE(Matcher_Points_DistanceThreshold, mp2p_icp));
+    mrpt::rtti::registerClass(CLASS_ID_NAMESPACE(Matcher_Points_InlierRatio, mp2p_icp));
+}

@@ -1,0 +1,70 @@
+#include <mp2p_icp/WeightParameters.h>
+#include <mp2p_icp/errors.h>
+
+namespace mp2p_icp
+{
+void PairWeights::declare_parameters(ParameterDeclaration& declare)
+{
+    declare.number("pt2pt", pt2pt, "", Range::not_negative(), "weight of point-point pairings");
+    declare.number("pt2ln", pt2ln, "", Range::not_negative(), "weight of point-line pairings");
+    declare.number("pt2pl", pt2pl, "", Range::not_negative(), "weight of point-plane pairings");
+    declare.number("ln2ln", ln2ln, "", Range::not_negative(), "weight of line-line pairings");
+    declare.number("pl2pl", pl2pl, "", Range::not_negative(), "weight of plane-plane pairings");
+}
+
+namespace
+{
+/// Release 0.2.2 had an angular kernel under these keys. `use_robust_kernel: false` was required there, so it
+/// must load.
+void declare_keys_of_0_2_2(ParameterDeclaration& declare)
+{
+    const auto must_be_false = [](const yaml::node_t& node, const YamlPlace& place)
+    {
+        bool value = false;
+        ParameterDeclaration flag;
+        flag.flag("use_robust_kernel", value, "");
+        flag.entries().front().load(node, place);
+        if (value)
+            throw ConfigError(place.text(&node) +
+                              ": the angular kernel of release 0.2.2 is not offered; use 'robust_kernel: "
+                              "RobustKernel::Cauchy' with "
+                              "'robust_kernel_param' in metres");
+    };
+    declare.custom({"use_robust_kernel",
+                    "true/false",
+                    "",
+                    "false",
+                    "key of release 0.2.2; see robust_kernel",
+                    "",
+                    false,
+                    must_be_false,
+                    {}});
+    declare.custom({"robust_kernel_scale",
+                    "number",
+                    "",
+                    "",
+                    "key of release 0.2.2, without effect",
+                    "",
+                    false,
+                    [](const auto& node, const auto& place) { scalar_text(node, place); },
+                    {}});
+}
+}  // namespace
+
+void WeightParameters::declare_parameters(ParameterDeclaration& declare)
+{
+    declare.flag("use_scale_outlier_detector", use_scale_outlier_detector,
+                 "reject point pairings whose distances to the centroids differ by more than a ratio");
+    declare.number("scale_outlier_threshold", scale_outlier_threshold, "", {1, 1e9, true, false},
+                   "the ratio for use_scale_outlier_detector");
+    declare.group("pair_weights", pair_weights, "weights per kind of pairing");
+    declare.choice<RobustKernel>("robust_kernel", robust_kernel, "RobustKernel",
+                                 {{RobustKernel::None, "None"},
+                                  {RobustKernel::GemanMcClure, "GemanMcClure"},
+                                  {RobustKernel::Cauchy, "Cauchy"}},
+                                 "lets pairings with large residuals at the current estimate weigh less");
+    declare.number("robust_kernel_param", robust_kernel_param, "m", Range::positive(), "scale of the kernel");
+    declare_keys_of_0_2_2(declare);
+}
+
+}  // namespace mp2p_icp

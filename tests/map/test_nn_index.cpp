@@ -1,0 +1,228 @@
+#include <gtest/gtest.h>
+#include <mp2p_icp/nn_index.h>
+#include <mp2p_icp/random.h>
+#include <mrpt/maps/CSimplePointsMap.h>
+
+#include <algorithm>
+#include <cmath>
+#include <thread>
+
+using namespace mp2p_icp;
+using mrpt::maps::CSimplePointsMap;
+
+namespace
+{
+const float INF = std::numeric_limits<float>::infinity();
+
+struct Found
+{
+    std::vector<uint32_t> ids;
+    std::vector<float> dist_sq;
+    bool operator==(const Found& o) const { return ids == o.ids && dist_sq == o.dist_sq; }
+};
+
+Found ask(const NearestNeighborIndex& index, const PointArrays& queries, uint32_t k,
+          const std::vector<float>& max_dist_sq)
+{
+    Found f;
+    f.ids.assign(queries.size() * k, 12345);
+    f.dist_sq.assign(queries.size() * k, -1.0f);
+    index.nearest(queries, 0, queries.size(), k, max_dist_sq.data(), f.ids.data(), f.dist_sq.data());
+    return f;
+}
+
+/// The slow, obvious answer: all distances, sorted, ties by index.
+Found brute_force(const CSimplePointsMap& points, const PointArrays& queries, uint32_t k,
+                  const std::vector<float>& max_dist_sq)
+{
+    Found f;
+    for (size_t q = 0; q < queries.size(); q++)
+    {
+        std::vector<std::pair<float, uint32_t>> all;
+        for (uint32_t i = 0; i < points.size(); i++)
+        {
+            float x = 0, y = 0, z = 0;
+            points.getPointFast(i, x, y, z);
+            float d = 0;  // in the order in which the index sums, so that results are equal to the bit
+            for (const float e : {queries.x[q] - x, queries.y[q] - y, queries.z[q] - z}) d += e * e;
+            if (d < max_dist_sq[q]) all.emplace_back(d, i);
+        }
+        std::sort(all.begin(), all.end());
+        for (uint32_t j = 0; j < k; j++)
+        {
+            f.ids.push_back(j < all.size() ? all[j].second : NO_NEIGHBOR);
+            f.dist_sq.push_back(j < all.size() ? all[j].first : INF);
+        }
+    }
+    return f;
+}
+
+CSimplePointsMap::Ptr random_cloud(size_t n, uint64_t seed, double size)
+{
+    SeededRandom random(seed);
+    const auto cloud = CSimplePointsMap::Create();
+    for (size_t i = 0; i < n; i++)
+    {
+        const double x = random.uniform(-size, size), y = random.uniform(-size, size),
+                     z = random.uniform(-size, size);
+        cloud->insertPoint(static_cast<float>(x), static_cast<float>(y), static_cast<float>(z));
+    }
+    return cloud;
+}
+
+PointArrays random_queries(size_t n, uint64_t seed, double size)
+{
+    PointArrays q;
+    q.resize(n);
+    SeededRandom random(seed);
+    for (size_t i = 0; i < n; i++)
+        for (auto* coordinate : {&q.x, &q.y, &q.z})
+            (*coordinate)[i] = static_cast<float>(random.uniform(-size, size));
+    return q;
+}
+}  // namespace
+
+TEST(NnIndex, AgreesWithBruteForceForAnyKRadiusAndLeafSize)
+{
+    const auto cloud = random_cloud(1500, 1, 10);
+    const auto queries = random_queries(150, 2, 12);
+    for (const uint32_t leaf : {0u, 1u, 7u, 2000u})
+    {
+        const auto index = make_kdtree_index(cloud, leaf);
+        EXPECT_EQ(index->size(), 1500u);
+        for (const uint32_t k : {1u, 2u, 5u, 40u})
+            for (const float limit : {0.01f, 1.0f, 9.0f, INF})
+            {
+                const std::vector<float> limits(queries.size(), limit);
+                EXPECT_EQ(ask(*index, queries, k, limits), brute_force(*cloud, queries, k, limits))
+                    << leaf << " " << k << " " << limit;
+            }
+    }
+}
+
+TEST(NnIndex, TiesGoToTheLowerIndex)
+{
+    // A grid with every point twice, asked at points, edge midpoints and cell centres: 2 to 16 equal
+    // distances each.
+    const auto cloud = CSimplePointsMap::Create();
+    for (int copy = 0; copy < 2; copy++)
+        for (int i = 0; i < 343; i++)
+            cloud->insertPoint(static_cast<float>(i % 7), static_cast<float>(i / 7 % 7),
+                               static_cast<float>(i / 49));
+    PointArrays queries;
+    for (int i = 0; i < 13 * 13 * 13; i++)
+    {
+        queries.x.push_back(0.5f * static_cast<float>(i % 13));
+        queries.y.push_back(0.5f * static_cast<float>(i / 13 % 13));
+        queries.z.push_back(0.5f * static_cast<float>(i / 169));
+    }
+    const std::vector<float> limits(queries.size(), INF);
+    for (const uint32_t leaf : {1u, 10u})
+        for (const uint32_t k : {1u, 3u, 9u})
+            EXPECT_EQ(ask(*make_kdtree_index(cloud, leaf), queries, k, limits),
+                      brute_force(*cloud, queries, k, limits))
+                << leaf << k;
+}
+
+TEST(NnIndex, TheRadiusIsExclusiveAndPerQuery)
+{
+    const auto cloud = CSimplePointsMap::Create();
+    cloud->insertPoint(3, 0, 0);
+    PointArrays queries;
+    queries.x = {0, 0, 0}, queries.y = queries.z = {0, 0, 0};
+    const auto f = ask(*make_kdtree_index(cloud), queries, 1, {9.0f, std::nextafter(9.0f, 10.0f), 0.0f});
+    EXPECT_EQ(f.ids, (std::vector<uint32_t>{NO_NEIGHBOR, 0, NO_NEIGHBOR}));
+    EXPECT_EQ(f.dist_sq, (std::vector<float>{INF, 9.0f, INF}));
+}
+
+TEST(NnIndex, OnlyTheAskedRangeIsWritten)
+{
+    const auto cloud = random_cloud(100, 3, 1);
+    const auto queries = random_queries(10, 4, 1);
+    const std::vector<float> limits(10, INF);
+    std::vector<uint32_t> ids(20, 777);
+    std::vector<float> dist_sq(20, -1);
+    make_kdtree_index(cloud)->nearest(queries, 3, 6, 2, limits.data(), ids.data(), dist_sq.data());
+    const auto truth = brute_force(*cloud, queries, 2, limits);
+    for (size_t i = 0; i < 20; i++)
+    {
+        const bool asked = i >= 6 && i < 12;
+        EXPECT_EQ(ids[i], asked ? truth.ids[i] : 777u) << i;
+        EXPECT_EQ(dist_sq[i], asked ? truth.dist_sq[i] : -1.0f) << i;
+    }
+}
+
+TEST(NnIndex, AnEmptyCloudHasNoNeighbours)
+{
+    const auto index = make_kdtree_index(CSimplePointsMap::Create());
+    EXPECT_EQ(index->size(), 0u);
+    const auto queries = random_queries(3, 5, 1);
+    const auto f = ask(*index, queries, 2, std::vector<float>(3, INF));
+    EXPECT_EQ(f.ids, std::vector<uint32_t>(6, NO_NEIGHBOR));
+    EXPECT_EQ(f.dist_sq, std::vector<float>(6, INF));
+}
+
+TEST(NnIndex, AskingForNoNeighbourWritesNothing)
+{
+    const auto index = make_kdtree_index(random_cloud(50, 6, 1));
+    const auto queries = random_queries(3, 7, 1);
+    EXPECT_TRUE(ask(*index, queries, 0, std::vector<float>(3, INF)).ids.empty());
+}
+
+TEST(NnIndex, ACloudOfEqualPointsIsIndexed)
+{
+    const auto cloud = CSimplePointsMap::Create();
+    for (int i = 0; i < 1000; i++) cloud->insertPoint(1, 2, 3);
+    PointArrays queries;
+    queries.x = {1}, queries.y = {2}, queries.z = {4};
+    const auto f = ask(*make_kdtree_index(cloud), queries, 3, {INF});
+    EXPECT_EQ(f.ids, (std::vector<uint32_t>{0, 1, 2}));
+    EXPECT_EQ(f.dist_sq, (std::vector<float>{1, 1, 1}));
+}
+
+TEST(NnIndex, PointsThatAreNotFiniteAreNeverFoundAndDoNotDisturb)
+{
+    const auto cloud = random_cloud(500, 8, 10);
+    const float bad[] = {std::numeric_limits<float>::quiet_NaN(), INF, -INF};
+    for (size_t i = 0; i < 500; i += 3)  // the very first one too
+    {
+        float p[3] = {0, 0, 0};
+        cloud->getPointFast(i, p[0], p[1], p[2]);
+        p[i % 2] = bad[i / 3 % 3];
+        cloud->setPoint(i, p[0], p[1], p[2]);
+    }
+    const auto index = make_kdtree_index(cloud);
+    EXPECT_EQ(index->size(), 500u);
+    const auto queries = random_queries(100, 9, 12);
+    for (const uint32_t k : {1u, 4u})
+    {
+        const std::vector<float> limits(100, 50.0f);
+        EXPECT_EQ(ask(*index, queries, k, limits), brute_force(*cloud, queries, k, limits));
+    }
+    const auto none = CSimplePointsMap::Create();
+    none->insertPoint(bad[0], 0, 0);
+    EXPECT_EQ(ask(*make_kdtree_index(none), queries, 1, std::vector<float>(100, INF)).ids,
+              std::vector<uint32_t>(100, NO_NEIGHBOR));
+}
+
+TEST(NnIndex, AQueryThatIsNotFiniteHasNoNeighbour)
+{
+    PointArrays queries;
+    queries.x = {std::numeric_limits<float>::quiet_NaN(), INF}, queries.y = queries.z = {0, 0};
+    const auto f = ask(*make_kdtree_index(random_cloud(50, 10, 1)), queries, 1, {INF, INF});
+    EXPECT_EQ(f.ids, (std::vector<uint32_t>{NO_NEIGHBOR, NO_NEIGHBOR}));
+}
+
+TEST(NnIndex, SeveralThreadsGetTheAnswersOfOne)
+{
+    const auto cloud = random_cloud(3000, 11, 10);
+    const auto index = make_kdtree_index(cloud);
+    const auto queries = random_queries(2000, 12, 10);
+    const std::vector<float> limits(2000, INF);
+    const auto alone = ask(*index, queries, 3, limits);
+    std::vector<Found> found(4);
+    std::vector<std::thread> threads;
+    for (auto& f : found) threads.emplace_back([&]() { f = ask(*index, queries, 3, limits); });
+    for (auto& t : threads) t.join();
+    for (const auto& f : found) EXPECT_EQ(f, alone);
+}
