@@ -5,7 +5,7 @@ set -euo pipefail
 cd "$(dirname "$0")/.."
 build=${MP2PICP_BUILD_DIR:-$PWD/build}
 scripts/install-dependencies.sh
-scripts/build.sh "$build" -DMP2PICP_BUILD_APPLICATIONS=ON
+scripts/build.sh "$build" -DMP2PICP_BUILD_APPLICATIONS=ON -DMP2PICP_BUILD_TESTING=OFF
 
 out=demos/output
 mkdir -p "$out"

@@ -20,8 +20,7 @@ using mp2p_icp::to_number;
 using mp2p_icp::to_text;
 using mrpt::math::TPose3D;
 
-// ---- Text
-// ---------------------------------------------------------------------------------------------------
+// ---- Text -------------------------------------------------------------------------------------------------
 namespace
 {
 const char* const FORM = "\"[x y z yaw_deg pitch_deg roll_deg]\"";
@@ -69,8 +68,7 @@ TPose3D pose_from_text(const std::string& text)
             mrpt::DEG2RAD(numbers[5])};
 }
 
-// ---- A matrix
-// -----------------------------------------------------------------------------------------------
+// ---- A matrix ---------------------------------------------------------------------------------------------
 namespace
 {
 std::string read_start_of_file(const std::string& file_name)
@@ -143,8 +141,7 @@ TPose3D pose_from_argument(const std::string& option, const std::string& argumen
     }
 }
 
-// ---- Degrees
-// ------------------------------------------------------------------------------------------------
+// ---- Degrees ----------------------------------------------------------------------------------------------
 namespace
 {
 bool leads_to(double degrees, double radians)

@@ -25,8 +25,7 @@ PoseError pose_error(const CPose3D& pose, const CPose3D& truth, const mrpt::math
     return {shift.norm(), mrpt::RAD2DEG(mp2p_icp::rotation_angle(R_true.transpose() * R))};
 }
 
-// ---- Values
-// -------------------------------------------------------------------------------------------------
+// ---- Values -----------------------------------------------------------------------------------------------
 namespace
 {
 std::string number(double value)
@@ -63,8 +62,7 @@ std::string list(std::initializer_list<double> values)
     return "[" + out + "]";
 }
 
-// ---- Parts
-// --------------------------------------------------------------------------------------------------
+// ---- Parts ------------------------------------------------------------------------------------------------
 
 template <class Matrix>
 std::string matrix(const std::string& key, const Matrix& m)

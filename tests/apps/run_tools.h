@@ -26,8 +26,7 @@ namespace mp2p_icp_test
 using mp2p_icp::yaml;
 using mrpt::poses::CPose3D;
 
-// ---- Running
-// ------------------------------------------------------------------------------------------------
+// ---- Running ----------------------------------------------------------------------------------------------
 struct Outcome
 {
     int code = -1;
@@ -56,8 +55,7 @@ inline bool contains(const std::string& text, const std::string& part)
     return text.find(part) != std::string::npos;
 }
 
-// ---- Files
-// --------------------------------------------------------------------------------------------------
+// ---- Files ------------------------------------------------------------------------------------------------
 /// A fresh folder for the files of one test.
 class Folder
 {
@@ -111,8 +109,7 @@ inline std::string lines_without(const std::string& text, const std::string& wor
     return out;
 }
 
-// ---- Clouds
-// -------------------------------------------------------------------------------------------------
+// ---- Clouds -----------------------------------------------------------------------------------------------
 /// A room (12 x 9 x 3 m) without symmetry.
 inline mp2p_icp::synthetic::TriangleMesh room()
 {
@@ -176,8 +173,7 @@ quality:
     params: ~
 )";
 
-// ---- Results
-// ------------------------------------------------------------------------------------------------
+// ---- Results ----------------------------------------------------------------------------------------------
 inline double number_at(const yaml::node_t& node)
 {
     const auto value = mp2p_icp::to_number(mp2p_icp::scalar_text(node, {}));

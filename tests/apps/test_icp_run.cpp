@@ -28,8 +28,7 @@ std::vector<std::string> operator+(std::vector<std::string> a, const std::vector
 }
 }  // namespace
 
-// ---- Alignments
-// ---------------------------------------------------------------------------------------------
+// ---- Alignments -------------------------------------------------------------------------------------------
 
 TEST(icp_run, aligns_two_scans_with_a_pipeline_of_its_choice)
 {
@@ -156,8 +155,7 @@ TEST(icp_run, uses_the_guess)
     expect_near(pose_at(read_result(folder.path("r.yaml")), "pose"), truth, EXACT_M, EXACT_DEG);
 }
 
-// ---- Results that are not to be trusted
-// ---------------------------------------------------------------------
+// ---- Results that are not to be trusted -------------------------------------------------------------------
 
 TEST(icp_run, without_overlap_gives_code_2_and_the_guess_bit_by_bit)
 {
@@ -210,8 +208,7 @@ TEST(icp_run, a_straight_line_is_under_constrained_and_says_about_which_axis)
     EXPECT_TRUE(std::isfinite(covariance(0, 0)));
 }
 
-// ---- Bad points
-// ---------------------------------------------------------------------------------------------
+// ---- Bad points -------------------------------------------------------------------------------------------
 
 TEST(icp_run, drops_and_counts_points_that_are_not_finite)
 {
@@ -231,8 +228,7 @@ TEST(icp_run, drops_and_counts_points_that_are_not_finite)
     expect_near(pose_at(y, "pose"), c.truth, EXACT_M, EXACT_DEG);
 }
 
-// ---- Wrong input
-// --------------------------------------------------------------------------------------------
+// ---- Wrong input ------------------------------------------------------------------------------------------
 
 TEST(icp_run, wrong_inputs_give_code_1_and_one_line)
 {
@@ -320,8 +316,7 @@ TEST(icp_run, maps_without_a_common_layer_are_an_error_that_names_the_layers)
                      {"local: raw", "global: lidar", "pointLayerMatches"});
 }
 
-// ---- Determinism
-// --------------------------------------------------------------------------------------------
+// ---- Determinism ------------------------------------------------------------------------------------------
 
 TEST(icp_run, gives_the_same_bits_again_and_on_any_number_of_threads)
 {
@@ -345,8 +340,7 @@ TEST(icp_run, gives_the_same_bits_again_and_on_any_number_of_threads)
     }
 }
 
-// ---- Large coordinates
-// --------------------------------------------------------------------------------------
+// ---- Large coordinates ------------------------------------------------------------------------------------
 
 TEST(icp_run, aligns_clouds_in_utm_coordinates_as_at_the_origin)
 {
@@ -405,8 +399,7 @@ TEST(icp_run, ground_truth_in_utm_is_compared_at_the_cloud)
     EXPECT_LT(number_at(part(read_result(folder.path("r.yaml")), "error"), "rotation_deg"), EXACT_DEG);
 }
 
-// ---- Outputs
-// ------------------------------------------------------------------------------------------------
+// ---- Outputs ----------------------------------------------------------------------------------------------
 
 TEST(icp_run, aligned_cloud_falls_on_the_global_one)
 {
@@ -480,8 +473,7 @@ TEST(icp_run, writes_a_debug_log_and_profiles_when_asked)
     EXPECT_TRUE(contains(o.out, "CTimeLogger report")) << o.out;
 }
 
-// ---- Filters and generators
-// ---------------------------------------------------------------------------------
+// ---- Filters and generators -------------------------------------------------------------------------------
 
 TEST(icp_run, filters_each_side_with_its_own_list)
 {
@@ -580,8 +572,7 @@ TEST(icp_run, makes_layers_of_observations_with_the_generators_of_a_file)
     expect_complaint(with("target_lair: scan"), {"g.yaml:3", "did you mean 'target_layer'"});
 }
 
-// ---- Real clouds
-// --------------------------------------------------------------------------------------------
+// ---- Real clouds ------------------------------------------------------------------------------------------
 
 TEST(icp_run, aligns_a_real_pair_of_lidar_scans)
 {

@@ -95,8 +95,7 @@ double distance_sq(const std::vector<float>& p, const std::vector<double>& q)
 }
 }  // namespace
 
-// ---- Against the oracle, near the origin, and far away
-// --------------------------------------------------------------------
+// ---- Against the oracle, near the origin, and far away ----------------------------------------------------
 
 class DecimateAgainstOracle : public ::testing::TestWithParam<std::tuple<double, double>>
 {
@@ -171,8 +170,7 @@ INSTANTIATE_TEST_SUITE_P(CentresAndSides, DecimateAgainstOracle,
                          ::testing::Combine(::testing::Values(0.0, 1e4),
                                             ::testing::Values(0.1, 0.5, 1.7, 100.0)));
 
-// ---- Cells
-// ----------------------------------------------------------------------------------------------------------------
+// ---- Cells ------------------------------------------------------------------------------------------------
 
 TEST(FilterDecimateVoxels, CellsAroundTheOriginAreAsWideAsOthers)
 {
@@ -231,8 +229,7 @@ TEST(FilterDecimateVoxels, ManyCellsOfALargeAreaStayApart)
     EXPECT_EQ(decimated(filter_of(DecimateMethod::FirstPoint, 128.0), raw).size(), 22500u);
 }
 
-// ---- Degenerate input
-// -----------------------------------------------------------------------------------------------------
+// ---- Degenerate input -------------------------------------------------------------------------------------
 
 TEST(FilterDecimateVoxels, AnEmptyLayerGivesAnEmptyLayerOfItsClass)
 {
@@ -278,8 +275,7 @@ TEST(FilterDecimateVoxels, OfSeveralPointsEquallyCloseToTheAverageTheFirstIsTake
               (std::vector<float>{0.75f, 0.5f, 0.5f}));
 }
 
-// ---- Fields, classes, layers
-// ----------------------------------------------------------------------------------------------
+// ---- Fields, classes, layers ------------------------------------------------------------------------------
 
 TEST(FilterDecimateVoxels, ColoursAreKeptAndAveraged)
 {
@@ -404,8 +400,7 @@ TEST(FilterDecimateVoxels, FlatteningSetsTheHeightAndKeepsOtherFields)
               (std::vector<std::vector<float>>{{0.5f, 0.25f, -1.5f, 0.75f}, {0.5f, 0.25f, -1.5f, 0.5f}}));
 }
 
-// ---- Random picks
-// ---------------------------------------------------------------------------------------------------------
+// ---- Random picks -----------------------------------------------------------------------------------------
 
 TEST(FilterDecimateVoxels, RandomPicksRepeatAndFollowTheSeed)
 {
@@ -465,8 +460,7 @@ TEST(FilterDecimateVoxels, RandomPicksAreUniform)
     for (const auto& [z, count] : picked) EXPECT_NEAR(count, 3000, 225) << z;
 }
 
-// ---- Parameters
-// -----------------------------------------------------------------------------------------------------------
+// ---- Parameters -------------------------------------------------------------------------------------------
 
 namespace
 {

@@ -152,8 +152,7 @@ TEST(Generator, InterpolatesScansAsTold)
     EXPECT_EQ(m.point_layer("raw")->size(), 3u + 2 * 28);
 }
 
-// ---- Several observations and generators
-// ----------------------------------------------------------------------------------
+// ---- Several observations and generators ------------------------------------------------------------------
 
 TEST(ApplyGenerators, EveryObservationOfAFrameIsOfferedToEveryGenerator)
 {
@@ -203,8 +202,7 @@ TEST(ApplyGenerators, AFrameOfARealRawlog)
     FAIL() << "no frame";
 }
 
-// ---- YAML
-// -----------------------------------------------------------------------------------------------------------------
+// ---- YAML -------------------------------------------------------------------------------------------------
 
 TEST(Generator, OlderNameOfTheLayerIsTheSame)
 {

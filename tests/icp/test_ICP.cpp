@@ -75,8 +75,7 @@ TEST(ICP, final_pairings_quality_and_residual_belong_to_the_final_pose)
     EXPECT_NEAR(r.residual_rms, std::sqrt(squares / static_cast<double>(again.size())), 1e-12);
 }
 
-// ---- No overlap
-// -----------------------------------------------------------------------------------------------------------
+// ---- No overlap -------------------------------------------------------------------------------------------
 
 TEST(ICP, nothing_within_the_distance_is_no_overlap_and_returns_the_guess)
 {
@@ -119,8 +118,7 @@ TEST(ICP, empty_clouds_are_no_overlap_and_not_an_error)
             EXPECT_EQ(Bench().align(*local, *global).verdict, Verdict::no_overlap);
 }
 
-// ---- Poses that must not be believed
-// ----------------------------------------------------------------------------------------
+// ---- Poses that must not be believed ----------------------------------------------------------------------
 
 TEST(ICP, a_pose_that_fits_worse_than_the_guess_is_rejected_and_kept)
 {
@@ -245,8 +243,7 @@ TEST(ICP, no_active_matcher_is_failed_and_says_so)
     expect_rejected(r, TRUTH);
 }
 
-// ---- Under-constrained
-// --------------------------------------------------------------------------------------------------------
+// ---- Under-constrained ------------------------------------------------------------------------------------
 
 TEST(ICP, collinear_points_leave_the_roll_free_and_keep_the_guess_along_it)
 {
@@ -279,8 +276,7 @@ TEST(ICP, one_point_is_under_constrained_never_aligned)
     EXPECT_LT((r.optimal_tf.mean.composePoint({1, 2, 3}) - mrpt::math::TPoint3D(1, 2, 3)).norm(), 1e-9);
 }
 
-// ---- How runs end
-// ---------------------------------------------------------------------------------------------------------------
+// ---- How runs end -----------------------------------------------------------------------------------------
 
 TEST(ICP, still_moving_at_the_last_iteration_is_failed)
 {
@@ -356,8 +352,7 @@ TEST(ICP, the_hook_sees_each_iteration_and_can_stop)
     EXPECT_EQ(r.nIterations, 4u);
 }
 
-// ---- Schedules
-// ------------------------------------------------------------------------------------------------------------------
+// ---- Schedules --------------------------------------------------------------------------------------------
 
 TEST(ICP, solvers_take_turns_by_iteration_and_a_stall_jumps_to_the_next_turn)
 {
@@ -422,8 +417,7 @@ TEST(ICP, a_shrinking_matching_distance_is_not_cut_short_by_a_stall)
     EXPECT_GE(steps.size(), 6u) << "0.3 * 0.5^5 < 0.01: six iterations until the distance is final";
 }
 
-// ---- Inputs
-// -----------------------------------------------------------------------------------------------------------------------
+// ---- Inputs -----------------------------------------------------------------------------------------------
 
 TEST(ICP, the_prior_reaches_every_solver)
 {
@@ -542,8 +536,7 @@ TEST(ICP, far_away_guess_is_returned_to_the_bit)
     expect_rejected(Bench().align(w.local, w.global, guess), guess);
 }
 
-// ---- Bits and threads
-// --------------------------------------------------------------------------------------------------------------
+// ---- Bits and threads -------------------------------------------------------------------------------------
 
 TEST(ICP, two_threads_may_share_one_object)
 {
@@ -563,8 +556,7 @@ TEST(ICP, two_threads_may_share_one_object)
     }
 }
 
-// ---- One call
-// -----------------------------------------------------------------------------------------------------------------------
+// ---- One call ---------------------------------------------------------------------------------------------
 
 TEST(align, one_call_finds_the_pose_of_two_noisy_samples)
 {

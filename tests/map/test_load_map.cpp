@@ -44,8 +44,7 @@ std::string utm_text(const mrpt::math::TPoint3D& move, bool nan = false)
 const mrpt::math::TPoint3D utm(500000, 4600000, 120);
 }  // namespace
 
-// ---- Kinds, suffixes, compression
-// ---------------------------------------------------------------------------------------
+// ---- Kinds, suffixes, compression -------------------------------------------------------------------------
 
 TEST(LoadMap, aKnownKindUnderAWrongSuffixIsReadWithANote)
 {
@@ -178,8 +177,7 @@ TEST(LoadMap, thePointsGoIntoTheLayerThatIsAskedFor)
     EXPECT_EQ(load_bytes(small_ply, ".ply", options).map->point_layer("mine")->size(), 1u);
 }
 
-// ---- Large coordinates
-// --------------------------------------------------------------------------------------------------
+// ---- Large coordinates ------------------------------------------------------------------------------------
 
 TEST(LoadMap, farCoordinatesAreStoredAsExactlyAsNearOnes)
 {
@@ -268,8 +266,7 @@ TEST(LoadMapPair, theOffsetOfAMapIsTaken)
     EXPECT_EQ(pair.second.map->coordinate_offset(), utm);
 }
 
-// ---- Rawlogs and simplemaps
-// ---------------------------------------------------------------------------------------------
+// ---- Rawlogs and simplemaps -------------------------------------------------------------------------------
 
 TEST(LoadMapObservations, pathsWithAnEntryAreRecognized)
 {

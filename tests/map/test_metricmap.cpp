@@ -166,8 +166,7 @@ TEST(MetricMap, BoundingBoxMayBeAskedForByManyThreads)
     EXPECT_EQ(seen, std::vector<double>(8, 6.0));
 }
 
-// ---- Merging
-// --------------------------------------------------------------------------------------------------------------
+// ---- Merging ----------------------------------------------------------------------------------------------
 
 TEST(MetricMap, MergingMovesPointsPlanesAndLines)
 {
@@ -276,8 +275,7 @@ TEST(MetricMap, MergingWithoutAPoseAccountsForDifferentOffsets)
     EXPECT_EQ(point(*mine.point_layer("raw"), 1), TPoint3D(12, 23, 34));
 }
 
-// ---- Offset
-// ---------------------------------------------------------------------------------------------------------------
+// ---- Offset -----------------------------------------------------------------------------------------------
 
 TEST(MetricMap, CoordinateOffsetIsKeptExactlyInTheMetadata)
 {
@@ -293,8 +291,7 @@ TEST(MetricMap, CoordinateOffsetIsKeptExactlyInTheMetadata)
     EXPECT_THROW(m.coordinate_offset(), std::invalid_argument);
 }
 
-// ---- Index cache
-// ----------------------------------------------------------------------------------------------------------
+// ---- Index cache ------------------------------------------------------------------------------------------
 
 TEST(MetricMap, IndexIsMadeOnceAndAgainWhenTheLayerChanges)
 {
@@ -346,8 +343,7 @@ TEST(MetricMap, ManyThreadsGetOneIndex)
     for (const auto& s : seen) EXPECT_EQ(s, seen[0]);
 }
 
-// ---- Sharing and drawing
-// --------------------------------------------------------------------------------------------------
+// ---- Sharing and drawing ----------------------------------------------------------------------------------
 
 TEST(MetricMap, SharedFromThisIsTheObjectAndOfAStackObjectACopy)
 {

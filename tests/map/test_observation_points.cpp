@@ -93,8 +93,7 @@ void expect_pose_applied_once(Observation o)
 }
 }  // namespace
 
-// ---- 2-D scans
-// ------------------------------------------------------------------------------------------------------------
+// ---- 2-D scans --------------------------------------------------------------------------------------------
 
 TEST(ObservationPoints, ScanOfAWallLiesOnTheWallWhateverTheSensorPose)
 {
@@ -283,8 +282,7 @@ TEST(ObservationPoints, EveryScanOfARealRawlogGivesItsValidRays)
     EXPECT_GT(scans, 200u);
 }
 
-// ---- Point clouds
-// ---------------------------------------------------------------------------------------------------------
+// ---- Point clouds -----------------------------------------------------------------------------------------
 
 namespace
 {
@@ -378,8 +376,7 @@ TEST(ObservationPoints, ExternallyStoredCloudIsReadAndTheObservationStaysUnloade
     }
 }
 
-// ---- RGB-D
-// ----------------------------------------------------------------------------------------------------------------
+// ---- RGB-D ------------------------------------------------------------------------------------------------
 
 namespace
 {
@@ -488,8 +485,7 @@ TEST(ObservationPoints, RealRgbdFrameGivesAPointPerMeasuredPixel)
     expect_pose_applied_once(*o);
 }
 
-// ---- Velodyne and rotating scans
-// ------------------------------------------------------------------------------------------
+// ---- Velodyne and rotating scans --------------------------------------------------------------------------
 
 TEST(ObservationPoints, RealVelodyneScanGetsItsSensorPoseOnceFromPacketsOrCloud)
 {

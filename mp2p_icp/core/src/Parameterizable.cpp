@@ -77,8 +77,7 @@ std::string joined(const std::vector<std::string>& words)
 }
 }  // namespace
 
-// ---- Declarations
-// -------------------------------------------------------------------------------------------------------
+// ---- Declarations -----------------------------------------------------------------------------------------
 
 void ParameterDeclaration::number(const std::string& name, double& value, const std::string& unit,
                                   const Range& range, const std::string& help, Need need)
@@ -201,8 +200,7 @@ void ParameterDeclaration::choice_by_index(const std::string& name, const std::s
             [=]() { return yaml::node_t(full(names[get()])); }});
 }
 
-// ---- Uses
-// ---------------------------------------------------------------------------------------------------------------
+// ---- Uses -------------------------------------------------------------------------------------------------
 
 std::string ParameterDeclaration::given_name(const Entry& e, const yaml& params, const YamlPlace& place) const
 {

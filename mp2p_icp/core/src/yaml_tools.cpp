@@ -28,8 +28,7 @@ std::string YamlPlace::text(const yaml::node_t* node) const
     return out.empty() ? std::string("YAML") : out;
 }
 
-// ---- Checks that MRPT's reader does not make: libfyaml, which MRPT itself reads with, gives the events
-// ----------------
+// ---- Checks that MRPT's reader does not make: libfyaml, which MRPT itself reads with, gives the events ----
 namespace
 {
 std::string at_line(const std::string& file_name, size_t line)
@@ -159,10 +158,23 @@ void check_yaml_text(const std::string& text, const std::string& file_name)
     if (fy_parser_get_stream_error(parser.get()) || fy_diag_got_error(diagnostics.diag.get()))
         diagnostics.raise(file_name);
 }
+
+/// Nothing but blank lines and comments?
+bool is_blank(const std::string& text)
+{
+    std::istringstream lines(text);
+    for (std::string line; std::getline(lines, line);)
+    {
+        const auto first = line.find_first_not_of(" \t\r");
+        if (first != std::string::npos && line[first] != '#') return false;
+    }
+    return true;
+}
 }  // namespace
 
 yaml yaml_from_text(const std::string& text, const std::string& file_name)
 {
+    if (is_blank(text)) return {};  // libfyaml leaks memory on it
     check_yaml_text(text, file_name);
     try
     {
@@ -183,8 +195,7 @@ yaml yaml_from_file(const std::string& file_name)
     return yaml_from_text(text.str(), file_name);
 }
 
-// ---- Names
-// ------------------------------------------------------------------------------------------------------------
+// ---- Names ------------------------------------------------------------------------------------------------
 namespace
 {
 size_t edit_distance(const std::string& a, const std::string& b)

@@ -17,8 +17,7 @@ using mp2p_icp::ConfigError;
 using mp2p_icp::ParameterDeclaration;
 using mp2p_icp::YamlPlace;
 
-// ---- Parameters
-// ---------------------------------------------------------------------------------------------------------
+// ---- Parameters -------------------------------------------------------------------------------------------
 namespace
 {
 std::string wrong_regex(const std::string& name, const std::string& text)
@@ -124,8 +123,7 @@ void Generator::declare_parameters(ParameterDeclaration& declare)
         });
 }
 
-// ---- Processing
-// ---------------------------------------------------------------------------------------------------------
+// ---- Processing -------------------------------------------------------------------------------------------
 namespace
 {
 bool class_matches(const std::string& class_name, const std::string& expression)
@@ -195,8 +193,7 @@ GeneratorsReport apply_generators(const GeneratorSet& generators, const mrpt::ob
     return total;
 }
 
-// ---- YAML
-// ---------------------------------------------------------------------------------------------------------------
+// ---- YAML -------------------------------------------------------------------------------------------------
 
 GeneratorSet generators_from_yaml(const yaml& list, const YamlPlace& place,
                                   mrpt::system::VerbosityLevel verbosity)

@@ -59,8 +59,7 @@ Results AlignRun::run()
     return out;
 }
 
-// ---- The loop
-// -----------------------------------------------------------------------------------------------------------
+// ---- The loop ---------------------------------------------------------------------------------------------
 
 void AlignRun::iterate()
 {
@@ -206,8 +205,7 @@ void AlignRun::print_iteration(const Pairings& pairings, uint32_t iteration) con
               << " deg; pose " << pose_.asString() << "; " << pairings.contents_summary() << "\n";
 }
 
-// ---- Contexts
-// -----------------------------------------------------------------------------------------------------------
+// ---- Contexts ---------------------------------------------------------------------------------------------
 
 MatchContext AlignRun::match_context(uint32_t iteration) const
 {
@@ -230,8 +228,7 @@ std::optional<double> AlignRun::gate(uint32_t iteration) const
     return largest;
 }
 
-// ---- The verdict
-// --------------------------------------------------------------------------------------------------------
+// ---- The verdict ------------------------------------------------------------------------------------------
 
 std::vector<double> AlignRun::costs_at(const CPose3D& pose, double gate)
 {
@@ -306,18 +303,18 @@ void AlignRun::judge(Results& out)
         return reject(out, Verdict::failed, "the quality was too low at a checkpoint");
 
     const MatchContext context = match_context(last_iteration_);
-    const Pairings at_end = run_matchers(icp_.matchers_, global_, local_, pose_, context, state_);
+    at_end_ = run_matchers(icp_.matchers_, global_, local_, pose_, context, state_);
     const auto quality =
-        ICP::evaluate_quality(icp_.quality_evaluators_, global_, local_, pose_, at_end, context);
-    if (at_end.empty() || quality.hard_discard)
+        ICP::evaluate_quality(icp_.quality_evaluators_, global_, local_, pose_, at_end_, context);
+    if (at_end_.empty() || quality.hard_discard)
     {
         out.terminationReason = IterTermReason::NoPairings;
         return reject(out, Verdict::no_overlap,
-                      "only " + std::to_string(at_end.size()) + " of " +
-                          std::to_string(at_end.potential_pairings) +
+                      "only " + std::to_string(at_end_.size()) + " of " +
+                          std::to_string(at_end_.potential_pairings) +
                           " possible pairings were found: too little overlap");
     }
-    const double final_gate = gate(last_iteration_).value_or(largest_pair_distance(at_end));
+    const double final_gate = gate(last_iteration_).value_or(largest_pair_distance(at_end_));
     const auto at_guess = costs_at(guess_, final_gate), at_result = costs_at(pose_, final_gate);
     out.cost_at_guess = mean(at_guess), out.cost_at_end = mean(at_result);
     if (has_risen(at_guess, at_result, final_gate))
@@ -342,7 +339,8 @@ void AlignRun::describe_returned_pose(Results& out)
     const CPose3D stored = found ? pose_ : guess_;
     out.optimal_tf.mean = found ? offsets_.to_original(pose_) : original_guess_;
     const MatchContext context = match_context(last_iteration_);
-    const Pairings pairings = run_matchers(icp_.matchers_, global_, local_, stored, context, state_);
+    const Pairings pairings =
+        found ? at_end_ : run_matchers(icp_.matchers_, global_, local_, stored, context, state_);
     out.local_points_used = pairings.potential_pairings;
     if (out.verdict != Verdict::no_overlap)
         out.quality =

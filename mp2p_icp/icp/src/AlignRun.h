@@ -57,6 +57,7 @@ class AlignRun
     std::optional<mrpt::poses::CPose3D> before_, before_that_;  ///< poses of the last two iterations
     OptimalTF_Result solution_;
     size_t solved_ = 0;
+    Pairings at_end_;  ///< matched once more where the iterations ended
     uint32_t last_iteration_ = 0;
     bool diverged_ = false;
     bool nobody_matched_ = false;  ///< no matcher was active in the last iteration

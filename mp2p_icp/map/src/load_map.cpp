@@ -18,8 +18,7 @@ using mrpt::math::TPoint3D;
 
 namespace
 {
-// ---- Any file
-// -----------------------------------------------------------------------------------------------------------
+// ---- Any file ---------------------------------------------------------------------------------------------
 
 struct Content
 {
@@ -53,8 +52,7 @@ void add_suffix_note(const std::string& path, ContentKind kind, LoadReport& repo
     if (!note.empty()) report.notes.push_back(note);
 }
 
-// ---- Entries of rawlogs and simplemaps
-// ----------------------------------------------------------------------------------
+// ---- Entries of rawlogs and simplemaps --------------------------------------------------------------------
 
 struct ObservationsPath
 {
@@ -96,8 +94,7 @@ LoadedMap load_observation_points(const std::string& path, const LoadOptions& op
     return out;
 }
 
-// ---- Clouds and maps
-// ----------------------------------------------------------------------------------------------------
+// ---- Clouds and maps --------------------------------------------------------------------------------------
 
 RawCloud read_cloud(const std::string& path, const Content& c)
 {

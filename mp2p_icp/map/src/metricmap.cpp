@@ -193,8 +193,7 @@ NearestNeighborIndex::ConstPtr metric_map_t::nn_index(const layer_name_t& name,
     return indexes_->get(name, point_layer(name), leaf_max_points);
 }
 
-// ---- Coordinate offset
-// --------------------------------------------------------------------------------------------------
+// ---- Coordinate offset ------------------------------------------------------------------------------------
 
 mrpt::math::TPoint3D metric_map_t::coordinate_offset() const
 {
@@ -218,8 +217,7 @@ void metric_map_t::set_coordinate_offset(const mrpt::math::TPoint3D& offset)
     metadata.asMap()["coordinate_offset"] = list;
 }
 
-// ---- Sharing
-// ------------------------------------------------------------------------------------------------------------
+// ---- Sharing ----------------------------------------------------------------------------------------------
 
 metric_map_t::Ptr metric_map_t::get_shared_from_this()
 {

@@ -48,8 +48,7 @@ struct Header
 
 constexpr uint64_t LARGEST_COUNT = 1 << 20;  // of one field: keeps sums of sizes far from overflow
 
-// ---- Header
-// -------------------------------------------------------------------------------------------------------------
+// ---- Header -----------------------------------------------------------------------------------------------
 
 class HeaderReader
 {
@@ -176,8 +175,7 @@ class HeaderReader
     Header header_;
 };
 
-// ---- Data
-// ---------------------------------------------------------------------------------------------------------------
+// ---- Data -------------------------------------------------------------------------------------------------
 
 /// The packed colour 0xRRGGBB of 4 bytes, whatever type they are declared as.
 double packed_colour(const char* p)

@@ -25,8 +25,7 @@ namespace
 // message that was cut by a crash is not taken for a whole one.
 constexpr std::string_view END_OF_MESSAGE = "\nEND.";
 
-// ---- In the child
-// -------------------------------------------------------------------------------------------------------
+// ---- In the child -----------------------------------------------------------------------------------------
 
 void limit(__rlimit_resource what, uint64_t value)
 {
@@ -100,8 +99,7 @@ void write_all(int fd, std::string_view text)
     _exit(0);
 }
 
-// ---- In the parent
-// ------------------------------------------------------------------------------------------------------
+// ---- In the parent ----------------------------------------------------------------------------------------
 
 struct Child
 {

@@ -104,8 +104,7 @@ void Pairings::push_back(Pairings&& other)
         push_back(static_cast<const Pairings&>(other));
 }
 
-// ---- Serialization
-// ------------------------------------------------------------------------------------------------------
+// ---- Serialization ----------------------------------------------------------------------------------------
 namespace
 {
 using mrpt::serialization::CArchive;

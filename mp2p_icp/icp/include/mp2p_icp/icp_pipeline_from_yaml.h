@@ -41,8 +41,7 @@ Pipeline pipeline_from_yaml_file(const std::string& file_name,
 std::tuple<ICP::Ptr, Parameters> icp_pipeline_from_yaml(
     const yaml& config, mrpt::system::VerbosityLevel verbosity = mrpt::system::LVL_INFO);
 
-// ---- Pipelines that come with the library
-// --------------------------------------------------------------------------------
+// ---- Pipelines that come with the library -----------------------------------------------------------------
 
 /// Names of the shipped pipelines, such as `icp-3d-lidar`. Their files are installed under share/mp2p_icp.
 std::vector<std::string> shipped_pipeline_names();
