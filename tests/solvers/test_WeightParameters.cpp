@@ -37,6 +37,9 @@ TEST(WeightParameters, AllKeysAreLoaded)
     EXPECT_EQ(wp.pair_weights.ln2ln, 5);
     EXPECT_EQ(wp.pair_weights.pl2pl, 0);
     EXPECT_EQ(loaded("robust_kernel: GemanMcClure").robust_kernel, RobustKernel::GemanMcClure);
+    EXPECT_EQ(loaded("robust_kernel: RobustKernel::Huber").robust_kernel, RobustKernel::Huber);
+    EXPECT_EQ(loaded("robust_kernel: Tukey").robust_kernel, RobustKernel::Tukey);
+    EXPECT_EQ(loaded("robust_kernel: Truncated").robust_kernel, RobustKernel::Truncated);
 }
 
 TEST(WeightParameters, KeysOfRelease022Load)

@@ -48,3 +48,40 @@ TEST(RobustKernels, AreTheWeightsOfTheirLosses)
                     (geman_mcclure(s + h) - geman_mcclure(s - h)) / (2 * h), 1e-8);
     }
 }
+
+TEST(RobustKernels, WeightIsTheLossesDerivativeOverTheResidualOnBothSidesOfSwitches)
+{
+    const double c = 0.7;
+    for (const auto kernel : {RobustKernel::None, RobustKernel::GemanMcClure, RobustKernel::Cauchy,
+                              RobustKernel::Huber, RobustKernel::Tukey, RobustKernel::Truncated})
+        for (const double e : {0.01, 0.3, c - 1e-3, c + 1e-3, 1.5, 40.0})
+        {
+            const double h = 1e-5;
+            const auto half_loss = [&](double x) { return 0.5 * robust_loss(kernel, x * x, c); };
+            const double slope = (half_loss(e + h) - half_loss(e - h)) / (2 * h);
+            // Rounding of a loss up to 800, over h.
+            EXPECT_NEAR(robust_weight(kernel, e * e, c), slope / e, 1e-7) << int(kernel) << " at " << e;
+        }
+}
+
+TEST(RobustKernels, WithAScaleAtWhichTheySwitchAreTheirFormulas)
+{
+    const double c = 2;
+    EXPECT_EQ(robust_weight(RobustKernel::Huber, 4, c), 1);
+    EXPECT_NEAR(robust_weight(RobustKernel::Huber, 25, c), 2.0 / 5, 1e-15);
+    EXPECT_NEAR(robust_weight(RobustKernel::Tukey, 1, c), 9.0 / 16, 1e-15);
+    EXPECT_EQ(robust_weight(RobustKernel::Tukey, 4, c), 0);
+    EXPECT_EQ(robust_weight(RobustKernel::Tukey, 5, c), 0);
+    EXPECT_EQ(robust_weight(RobustKernel::Truncated, 4, c), 1);
+    EXPECT_EQ(robust_weight(RobustKernel::Truncated, 4.001, c), 0);
+    for (const auto kernel : {RobustKernel::Huber, RobustKernel::Tukey, RobustKernel::Truncated})
+    {
+        EXPECT_EQ(robust_weight(kernel, 0, c), 1);
+        EXPECT_EQ(robust_loss(kernel, 0, c), 0);
+        // No jump of the loss at the switch.
+        EXPECT_NEAR(robust_loss(kernel, 4 + 1e-9, c), robust_loss(kernel, 4 - 1e-9, c), 1e-8);
+    }
+    EXPECT_NEAR(robust_loss(RobustKernel::Huber, 25, c), 2 * 2 * 5 - 4, 1e-14);
+    EXPECT_NEAR(robust_loss(RobustKernel::Tukey, 1e6, c), 4.0 / 3, 1e-15);
+    EXPECT_EQ(robust_loss(RobustKernel::Truncated, 1e6, c), 4);
+}

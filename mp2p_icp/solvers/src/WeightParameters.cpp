@@ -1,6 +1,8 @@
 #include <mp2p_icp/WeightParameters.h>
 #include <mp2p_icp/errors.h>
 
+#include "robust_kernel_names.h"
+
 namespace mp2p_icp
 {
 void PairWeights::declare_parameters(ParameterDeclaration& declare)
@@ -58,10 +60,7 @@ void WeightParameters::declare_parameters(ParameterDeclaration& declare)
     declare.number("scale_outlier_threshold", scale_outlier_threshold, "", {1, 1e9, true, false},
                    "the ratio for use_scale_outlier_detector");
     declare.group("pair_weights", pair_weights, "weights per kind of pairing");
-    declare.choice<RobustKernel>("robust_kernel", robust_kernel, "RobustKernel",
-                                 {{RobustKernel::None, "None"},
-                                  {RobustKernel::GemanMcClure, "GemanMcClure"},
-                                  {RobustKernel::Cauchy, "Cauchy"}},
+    declare.choice<RobustKernel>("robust_kernel", robust_kernel, "RobustKernel", robust_kernel_names(),
                                  "lets pairings with large residuals at the current estimate weigh less");
     declare.number("robust_kernel_param", robust_kernel_param, "m", Range::positive(), "scale of the kernel");
     declare_keys_of_0_2_2(declare);

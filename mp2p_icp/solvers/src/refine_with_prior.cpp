@@ -1,9 +1,9 @@
 #include "refine_with_prior.h"
 
 #include <mp2p_icp/se3.h>
-#include <mrpt/math/wrap2pi.h>
 
-#include "euler_rates.h"
+#include "pose_prior.h"
+#include "rotation_vector.h"
 
 namespace mp2p_icp
 {
@@ -16,24 +16,14 @@ using mrpt::poses::CPose3D;
 struct Problem
 {
     const PointMoments& points;
-    CPose3D mean;
-    Matrix6 Lambda;
-
-    Vector6 prior_error(const CPose3D& p) const
-    {
-        Vector6 e;
-        e << translation_of(p) - translation_of(mean), mrpt::math::wrapToPi(p.yaw() - mean.yaw()),
-            mrpt::math::wrapToPi(p.pitch() - mean.pitch()), mrpt::math::wrapToPi(p.roll() - mean.roll());
-        return e;
-    }
+    PosePrior prior;
 
     double cost(const CPose3D& p) const
     {
         const Eigen::Matrix3d R = rotation_of(p);
         const double offset_sq = (R * points.b_mean + translation_of(p) - points.a_mean).squaredNorm();
-        const Vector6 e = prior_error(p);
         return points.weight * offset_sq + points.aa + points.bb.trace() -
-               2 * (R.transpose() * points.B).trace() + e.dot(Lambda * e);
+               2 * (R.transpose() * points.B).trace() + prior.cost(p);
     }
 
     /// H and g of half the cost in the twist (v: of the local points' mean, omega), both along global axes.
@@ -47,20 +37,14 @@ struct Problem
         H.bottomRightCorner<3, 3>() = C.trace() * Eigen::Matrix3d::Identity() - C;
         g << points.weight * (lever + translation_of(p) - points.a_mean),
             -Eigen::Vector3d(B(2, 1) - B(1, 2), B(0, 2) - B(2, 0), B(1, 0) - B(0, 1));
-        Matrix6 J =
-            Matrix6::Identity();  // d coordinates / d twist: t = mean - R b_mean, angles' rates = E^-1 omega
-        J.topRightCorner<3, 3>() = skew(lever);
-        J.bottomRightCorner<3, 3>() = euler_rates(p).completeOrthogonalDecomposition().pseudoInverse();
-        H += J.transpose() * Lambda * J;
-        g += J.transpose() * Lambda * prior_error(p);
+        const Matrix6 J = PosePrior::jacobian(p, points.b_mean);
+        H += J.transpose() * prior.information() * J;
+        g += J.transpose() * prior.information() * prior.error(p);
     }
 
     CPose3D moved(const CPose3D& p, const Vector6& twist) const
     {
-        const Eigen::Vector3d omega = twist.tail<3>();
-        const double angle = omega.norm();
-        Eigen::Matrix3d dR = Eigen::Matrix3d::Identity();
-        if (angle > 0) dR = Eigen::AngleAxisd(angle, omega / angle).toRotationMatrix();
+        const Eigen::Matrix3d dR = rotation_by(twist.tail<3>());
         const Eigen::Matrix3d R = rotation_of(p);
         const Eigen::Vector3d mean_of_local = R * points.b_mean + translation_of(p) + twist.head<3>();
         return make_pose(dR * R, mean_of_local - dR * R * points.b_mean);
@@ -71,9 +55,7 @@ struct Problem
 CPose3D refine_with_prior(const PointMoments& points, const mrpt::poses::CPose3DPDFGaussianInf& prior,
                           const CPose3D& start)
 {
-    Problem problem{points, prior.mean, {}};
-    for (int r = 0; r < 6; r++)
-        for (int c = 0; c < 6; c++) problem.Lambda(r, c) = prior.cov_inv(r, c);
+    const Problem problem{points, PosePrior(prior)};
     CPose3D pose = start;
     double cost = problem.cost(pose), damping = 0;
     for (int iteration = 0; iteration < 50; iteration++)

@@ -1,3 +1,4 @@
+#include <mp2p_icp/Solver_GaussNewton.h>
 #include <mp2p_icp/Solver_Horn.h>
 #include <mrpt/core/initializer.h>
 
@@ -5,4 +6,5 @@ MRPT_INITIALIZER(register_mp2p_icp_solvers)
 {
     mrpt::rtti::registerClass(CLASS_ID_NAMESPACE(Solver, mp2p_icp));
     mrpt::rtti::registerClass(CLASS_ID_NAMESPACE(Solver_Horn, mp2p_icp));
+    mrpt::rtti::registerClass(CLASS_ID_NAMESPACE(Solver_GaussNewton, mp2p_icp));
 }
