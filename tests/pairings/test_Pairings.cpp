@@ -3,9 +3,9 @@
 #include <mp2p_icp/errors.h>
 #include <mp2p_icp/random.h>
 #include <mrpt/io/CMemoryStream.h>
-#include <mrpt/opengl/CSetOfLines.h>
 #include <sys/resource.h>
 
+#include <array>
 #include <cstring>
 
 #include "expect_problem.h"
@@ -23,7 +23,7 @@ mrpt::tfest::TMatchingPair_d pair_number(uint32_t i)
     return p;
 }
 
-Pairings points(uint32_t first, uint32_t count, std::vector<std::pair<size_t, double>> weights = {})
+Pairings points(uint32_t first, uint32_t count, WeightRuns weights = {})
 {
     Pairings p;
     for (uint32_t i = first; i < first + count; i++) p.paired_pt2pt.push_back(pair_number(i));
@@ -58,6 +58,37 @@ Pairings one_of_each()
     p.paired_pl2pl.push_back({a_patch(6), a_patch(7)});
     p.potential_pairings = 123456789012345u;
     return p;
+}
+
+/// As one_of_each(), and weights that differ in everything: kinds, lengths, values.
+Pairings one_of_each_weighted()
+{
+    Pairings p = one_of_each();
+    p.pt2ln_weights = {{1, 0.125}};
+    p.pt2pl_weights = {{1, 2.0 / 3}, {1, 5}};
+    p.ln2ln_weights = {{1, 7}, {0, 8}, {2, 9}};
+    p.pl2pl_weights = {{SIZE_MAX, 1e-9}};
+    return p;
+}
+
+/// Calls work(list, weights, name) with pointers to both members of each kind.
+template <class Work>
+void for_each_kind(const Work& work)
+{
+    work(&Pairings::paired_pt2pt, &Pairings::point_weights, "pt2pt");
+    work(&Pairings::paired_pt2ln, &Pairings::pt2ln_weights, "pt2ln");
+    work(&Pairings::paired_pt2pl, &Pairings::pt2pl_weights, "pt2pl");
+    work(&Pairings::paired_ln2ln, &Pairings::ln2ln_weights, "ln2ln");
+    work(&Pairings::paired_pl2pl, &Pairings::pl2pl_weights, "pl2pl");
+}
+
+/// The expanded weights of all kinds.
+std::vector<std::vector<double>> all_weights(const Pairings& p)
+{
+    std::vector<std::vector<double>> out;
+    for_each_kind([&](auto list, auto weights, const char*)
+                  { out.push_back(expanded_weights(p.*weights, (p.*list).size())); });
+    return out;
 }
 
 void expect_equal(const plane_patch_t& a, const plane_patch_t& b)
@@ -108,6 +139,10 @@ void expect_equal(const Pairings& a, const Pairings& b)
         expect_equal(a.paired_pl2pl[i].p_local, b.paired_pl2pl[i].p_local);
     }
     EXPECT_EQ(a.point_weights, b.point_weights);
+    EXPECT_EQ(a.pt2ln_weights, b.pt2ln_weights);
+    EXPECT_EQ(a.pt2pl_weights, b.pt2pl_weights);
+    EXPECT_EQ(a.ln2ln_weights, b.ln2ln_weights);
+    EXPECT_EQ(a.pl2pl_weights, b.pl2pl_weights);
     EXPECT_EQ(a.potential_pairings, b.potential_pairings);
 }
 
@@ -172,6 +207,17 @@ TEST(Pairings, TheSummaryNamesKindsAndCounts)
         one_of_each().contents_summary(),
         "3 point-point, 1 point-line, 2 point-plane, 1 line-line, 1 plane-plane out of 123456789012345");
     EXPECT_EQ(Pairings().contents_summary(), "no pairings out of 0");
+    // Each kind alone, so that no two can be exchanged.
+    const char* const names[] = {"point-point", "point-line", "point-plane", "line-line", "plane-plane"};
+    size_t kind = 0;
+    for_each_kind(
+        [&](auto list, auto, const char*)
+        {
+            Pairings p;
+            (p.*list).resize(kind + 2);
+            EXPECT_EQ(p.contents_summary(), std::to_string(kind + 2) + " " + names[kind] + " out of 0");
+            kind++;
+        });
 }
 
 // ---- Weights ----------------------------------------------------------------------------------------------
@@ -193,27 +239,105 @@ TEST(Pairings, RunsLongerThanTheListAreCutOff)
               (std::vector<double>{2, 3, 3}));
 }
 
-TEST(Pairings, MergingKeepsTheWeightOfEachPair)
+TEST(Pairings, ExpandedWeightsDependOnTheRunsAndTheCountOnly)
 {
-    // All ways in which lists may have weights: none, for all, for some, for more than there are.
-    const std::vector<std::vector<std::pair<size_t, double>>> kinds = {
-        {}, {{3, 2}}, {{1, 0.5}, {1, 4}}, {{2, 0}}, {{7, 5}}, {{1, 6}, {SIZE_MAX, 7}}};
-    for (const auto& a : kinds)
-        for (const auto& b : kinds)
-            for (const auto& c : kinds)
-                for (const uint32_t middle : {3u, 0u})
-                {
-                    Pairings merged = points(0, 3, a);
-                    std::vector<double> expected = merged.expanded_point_weights();
-                    for (const auto& next : {points(3, middle, b), points(6, 3, c)})
-                    {
-                        const auto w = next.expanded_point_weights();
-                        expected.insert(expected.end(), w.begin(), w.end());
-                        merged.push_back(next);
-                    }
-                    ASSERT_EQ(merged.expanded_point_weights(), expected);
-                    ASSERT_EQ(merged.paired_pt2pt.size(), 6u + middle);
-                }
+    const WeightRuns runs = {{2, 0.5}, {0, 9}, {1, 3}};
+    EXPECT_EQ(expanded_weights(runs, 5), (std::vector<double>{0.5, 0.5, 3, 1, 1}));
+    EXPECT_EQ(expanded_weights(runs, 3), (std::vector<double>{0.5, 0.5, 3}));
+    EXPECT_EQ(expanded_weights(runs, 1), (std::vector<double>{0.5}));
+    EXPECT_TRUE(expanded_weights(runs, 0).empty());
+    EXPECT_EQ(expanded_weights({}, 2), (std::vector<double>{1, 1}));
+    EXPECT_EQ(expanded_weights({{SIZE_MAX, 2}, {SIZE_MAX, 3}}, 2), (std::vector<double>{2, 2}));
+    EXPECT_EQ(one_of_each_weighted().expanded_point_weights(), (std::vector<double>{0.25, 1.0 / 3, 1.0 / 3}));
+}
+
+namespace
+{
+/// All ways in which three pairs may have weights: none, for all, for some, zero, for more than there are.
+const std::vector<WeightRuns> KINDS_OF_RUNS = {{},       {{3, 2}}, {{1, 0.5}, {1, 4}},
+                                               {{2, 0}}, {{7, 5}}, {{1, 6}, {SIZE_MAX, 7}}};
+
+/// Three lists of one kind, the middle one perhaps empty, are merged; each pair must keep its weight.
+template <class List>
+void expect_weights_survive_merging(List Pairings::*list, WeightRuns Pairings::*weights, size_t middle,
+                                    const WeightRuns& a, const WeightRuns& b, const WeightRuns& c)
+{
+    const auto part = [&](size_t count, const WeightRuns& runs)
+    {
+        Pairings p;
+        (p.*list).resize(count), p.*weights = runs;
+        return p;
+    };
+    Pairings merged = part(3, a), moved = part(3, a);
+    std::vector<double> expected = expanded_weights(a, 3);
+    for (const auto& next : {part(middle, b), part(3, c)})
+    {
+        const auto w = expanded_weights(next.*weights, (next.*list).size());
+        expected.insert(expected.end(), w.begin(), w.end());
+        merged.push_back(next);
+        moved.push_back(Pairings(next));
+    }
+    ASSERT_EQ((merged.*list).size(), 6 + middle);
+    ASSERT_EQ(merged.size(), 6 + middle);
+    expected.push_back(1);  // no run reaches beyond the pairs: one that is appended later weighs 1
+    ASSERT_EQ(expanded_weights(merged.*weights, 7 + middle), expected);
+    ASSERT_EQ(moved.*weights, merged.*weights);
+}
+}  // namespace
+
+TEST(Pairings, MergingKeepsTheWeightOfEachPairOfEachKind)
+{
+    for_each_kind(
+        [](auto list, auto weights, const char* name)
+        {
+            SCOPED_TRACE(name);
+            for (const auto& a : KINDS_OF_RUNS)
+                for (const auto& b : KINDS_OF_RUNS)
+                    for (const auto& c : KINDS_OF_RUNS)
+                        for (const size_t middle : {3u, 0u})
+                            expect_weights_survive_merging(list, weights, middle, a, b, c);
+        });
+}
+
+TEST(Pairings, MergingDoesNotMixTheWeightsOfKinds)
+{
+    Pairings p = one_of_each();
+    p.point_weights.clear();
+    p.push_back(one_of_each_weighted());
+    p.push_back(one_of_each());
+    using Weights = std::vector<double>;
+    EXPECT_EQ(all_weights(p),
+              (std::vector<Weights>{Weights{1, 1, 1, 0.25, 1.0 / 3, 1.0 / 3, 0.25, 1.0 / 3, 1.0 / 3},
+                                    Weights{1, 0.125, 1}, Weights{1, 1, 2.0 / 3, 5, 1, 1}, Weights{1, 7, 1},
+                                    Weights{1, 1e-9, 1}}));
+}
+
+TEST(Pairings, MergingListsWithoutWeightsMakesNone)
+{
+    Pairings p;
+    for_each_kind([&](auto list, auto, const char*) { (p.*list).resize(2); });
+    p.push_back(Pairings(p));
+    p.push_back(p);
+    EXPECT_EQ(p.size(), 40u);
+    for_each_kind([&](auto, auto weights, const char* name) { EXPECT_TRUE((p.*weights).empty()) << name; });
+}
+
+TEST(Pairings, AppendingNothingChangesNoWeight)
+{
+    const auto before = all_weights(one_of_each_weighted());
+    Pairings with_runs_only;
+    for_each_kind([&](auto, auto weights, const char*) { with_runs_only.*weights = {{4, 77}}; });
+    for (const auto& nothing : {Pairings(), with_runs_only})
+    {
+        Pairings p = one_of_each_weighted(), q = nothing;
+        p.push_back(nothing);
+        EXPECT_EQ(all_weights(p), before);
+        p.push_back(one_of_each());  // not weighted by runs that were left over
+        q.push_back(one_of_each_weighted());
+        EXPECT_EQ(all_weights(q), before);
+        EXPECT_EQ(all_weights(p)[1], (std::vector<double>{0.125, 1}));
+        EXPECT_EQ(all_weights(p)[4], (std::vector<double>{1e-9, 1}));
+    }
 }
 
 TEST(Pairings, MergingAppendsAllKindsInOrderAndAddsThePotential)
@@ -235,9 +359,12 @@ TEST(Pairings, MovingInGivesTheSameAsCopyingIn)
     for (const bool into_empty : {true, false})
     {
         Pairings copied = into_empty ? Pairings() : points(0, 2), moved = copied;
-        copied.push_back(one_of_each());
-        Pairings source = one_of_each();
+        copied.push_back(one_of_each_weighted());
+        Pairings source = one_of_each_weighted();
         moved.push_back(std::move(source));
+        EXPECT_EQ(all_weights(moved), all_weights(copied));
+        for (Pairings* p : {&moved, &copied})
+            for_each_kind([&](auto, auto weights, const char*) { (p->*weights).clear(); });
         expect_equal(moved, copied);
     }
     // A list without pairings may still have a potential.
@@ -251,12 +378,24 @@ TEST(Pairings, MovingInGivesTheSameAsCopyingIn)
     EXPECT_EQ(failed.potential_pairings, 24u);
 }
 
+TEST(Pairings, MovingIntoAnEmptyListCopiesNothing)
+{
+    Pairings source = one_of_each_weighted(), target;
+    const auto* points_at = source.paired_pt2pt.data();
+    const auto* planes_at = source.paired_pl2pl.data();
+    target.push_back(std::move(source));
+    EXPECT_EQ(target.paired_pt2pt.data(), points_at);
+    EXPECT_EQ(target.paired_pl2pl.data(), planes_at);
+    expect_equal(target, one_of_each_weighted());
+}
+
 TEST(Pairings, AListMayBeMergedWithItself)
 {
-    Pairings p = one_of_each(), expected = one_of_each();
+    Pairings p = one_of_each_weighted(), expected = one_of_each_weighted();
     p.push_back(p);
-    expected.push_back(one_of_each());
+    expected.push_back(one_of_each_weighted());
     expect_equal(p, expected);
+    EXPECT_EQ(all_weights(p)[2], (std::vector<double>{2.0 / 3, 5, 2.0 / 3, 5}));
 }
 
 // ---- Archives ---------------------------------------------------------------------------------------------
@@ -264,6 +403,7 @@ TEST(Pairings, AListMayBeMergedWithItself)
 TEST(PairingsArchive, EverythingIsReadBackExactly)
 {
     expect_equal(deserialized(serialized(one_of_each())), one_of_each());
+    expect_equal(deserialized(serialized(one_of_each_weighted())), one_of_each_weighted());
     expect_equal(deserialized(serialized(Pairings())), Pairings());
 }
 
@@ -273,7 +413,7 @@ TEST(PairingsArchive, ReadingReplacesWhatWasThere)
     mrpt::io::CMemoryStream stream;
     stream.assignMemoryNotOwn(bytes.data(), bytes.size());
     auto in = archiveFrom(stream);
-    Pairings p = one_of_each();
+    Pairings p = one_of_each_weighted();
     in >> p;
     expect_equal(p, points(0, 2));
 }
@@ -282,36 +422,150 @@ TEST(PairingsArchive, SeveralStandOneAfterTheOther)
 {
     mrpt::io::CMemoryStream stream;
     auto archive = archiveFrom(stream);
-    archive << one_of_each() << points(1, 2);
+    archive << one_of_each_weighted() << points(1, 2);
     stream.Seek(0);
     Pairings a, b;
     archive >> a >> b;
-    expect_equal(a, one_of_each());
+    expect_equal(a, one_of_each_weighted());
     expect_equal(b, points(1, 2));
+}
+
+namespace
+{
+/// Writes numbers as archives do, little-endian, independently of the code under test.
+class ByteWriter
+{
+ public:
+    std::vector<uint8_t> bytes;
+
+    ByteWriter& u32(uint64_t v) { return integer(v, 4); }
+    ByteWriter& u64(uint64_t v) { return integer(v, 8); }
+    ByteWriter& reals(const std::vector<double>& values)
+    {
+        for (const double v : values)
+        {
+            uint64_t bits = 0;
+            std::memcpy(&bits, &v, 8);
+            u64(bits);
+        }
+        return *this;
+    }
+
+ private:
+    ByteWriter& integer(uint64_t v, int size)
+    {
+        for (int i = 0; i < size; i++) bytes.push_back(static_cast<uint8_t>(v >> (8 * i)));
+        return *this;
+    }
+};
+
+/// What version 0 wrote for version_0_content(), number by number.
+std::vector<uint8_t> version_0_bytes()
+{
+    ByteWriter w;
+    w.bytes.push_back(0);
+    w.u64(2);
+    w.u32(7).u32(8).reals({0.1, 0.2, 0.3, 1.1, 1.2, 1.3, 0.75});
+    w.u32(9).u32(10).reals({2.1, 2.2, 2.3, 3.1, 3.2, 3.3, 0.25});
+    w.u64(1).reals({1, 2, 3, 0.6, 0.8, 0, 4, 5, 6});
+    w.u64(1).reals({0, 0.6, 0.8, -2.5, 7, 8, 9, 10, 11, 12});
+    w.u64(1).reals({13, 14, 15, 0, 0, 1, 16, 17, 18, 0, 1, 0});
+    w.u64(1).reals({1, 0, 0, -19, 19, 20, 21, 0, 1, 0, -22, 23, 22, 24});
+    w.u64(2).u64(1).reals({0.5}).u64(3).reals({2.5});
+    w.u64(1234567890123u);
+    return w.bytes;
+}
+
+plane_patch_t patch_of(const std::array<double, 4>& coefs, const mrpt::math::TPoint3D& centroid)
+{
+    plane_patch_t p;
+    p.plane.coefs = coefs, p.centroid = centroid;
+    return p;
+}
+mrpt::math::TLine3D line_of(const mrpt::math::TPoint3D& base, const mrpt::math::TVector3D& director)
+{
+    mrpt::math::TLine3D l;
+    l.pBase = base, l.director = director;
+    return l;
+}
+
+Pairings version_0_content()
+{
+    Pairings p;
+    p.paired_pt2pt.emplace_back(7, 8, 0.1, 0.2, 0.3, 1.1, 1.2, 1.3);
+    p.paired_pt2pt.back().errorSquareAfterTransformation = 0.75;
+    p.paired_pt2pt.emplace_back(9, 10, 2.1, 2.2, 2.3, 3.1, 3.2, 3.3);
+    p.paired_pt2pt.back().errorSquareAfterTransformation = 0.25;
+    p.paired_pt2ln.push_back({line_of({1, 2, 3}, {0.6, 0.8, 0}), {4, 5, 6}});
+    p.paired_pt2pl.push_back({patch_of({0, 0.6, 0.8, -2.5}, {7, 8, 9}), {10, 11, 12}});
+    p.paired_ln2ln.push_back({line_of({13, 14, 15}, {0, 0, 1}), line_of({16, 17, 18}, {0, 1, 0})});
+    p.paired_pl2pl.push_back(
+        {patch_of({1, 0, 0, -19}, {19, 20, 21}), patch_of({0, 1, 0, -22}, {23, 22, 24})});
+    p.point_weights = {{1, 0.5}, {3, 2.5}};
+    p.potential_pairings = 1234567890123u;
+    return p;
+}
+}  // namespace
+
+TEST(PairingsArchive, Version0IsReadAndItsOtherKindsWeighOne)
+{
+    // Behind it stands one of today's: all of it must be read, and nothing more.
+    auto bytes = version_0_bytes();
+    const auto next = serialized(one_of_each_weighted());
+    bytes.insert(bytes.end(), next.begin(), next.end());
+    mrpt::io::CMemoryStream stream;
+    stream.assignMemoryNotOwn(bytes.data(), bytes.size());
+    auto in = archiveFrom(stream);
+    Pairings old = one_of_each_weighted(), today;  // no weight of before may stay
+    in >> old >> today;
+    expect_equal(old, version_0_content());
+    expect_equal(today, one_of_each_weighted());
+}
+
+TEST(PairingsArchive, Version1HasTheOtherWeightsBehindThoseOfThePoints)
+{
+    Pairings p = version_0_content();
+    p.pt2ln_weights = {{1, 10}};
+    p.pt2pl_weights = {{2, 11}};
+    p.ln2ln_weights = {{3, 12}, {4, 13}};
+    p.pl2pl_weights = {{5, 14}};
+    ByteWriter w;
+    w.bytes = version_0_bytes();
+    w.bytes.resize(w.bytes.size() - 8), w.bytes[0] = 1;
+    w.u64(1).u64(1).reals({10}).u64(1).u64(2).reals({11});
+    w.u64(2).u64(3).reals({12}).u64(4).reals({13}).u64(1).u64(5).reals({14});
+    w.u64(1234567890123u);
+    EXPECT_EQ(serialized(p), w.bytes);
+    expect_equal(deserialized(w.bytes), p);
 }
 
 TEST(PairingsArchive, AnUnknownVersionIsNamed)
 {
-    auto bytes = serialized(points(0, 1));
-    bytes[0] = 77;
-    mp2p_icp_test::expect_problem_with<DataError>({"version 77"}, [&]() { deserialized(bytes); });
+    for (const auto version : {uint8_t(2), uint8_t(77), uint8_t(255)})
+    {
+        auto bytes = serialized(points(0, 1));
+        bytes[0] = version;
+        mp2p_icp_test::expect_problem_with<DataError>({"version " + std::to_string(version)},
+                                                      [&]() { deserialized(bytes); });
+    }
 }
 
 TEST(PairingsArchive, EveryTruncationIsADataError)
 {
-    const auto bytes = serialized(one_of_each());
-    for (size_t length = 1; length < bytes.size(); length++)
-        EXPECT_THROW(deserialized({bytes.begin(), bytes.begin() + static_cast<long>(length)}), DataError)
-            << length;
+    for (const auto& bytes : {serialized(one_of_each_weighted()), version_0_bytes()})
+        for (size_t length = 1; length < bytes.size(); length++)
+            EXPECT_THROW(deserialized({bytes.begin(), bytes.begin() + static_cast<long>(length)}), DataError)
+                << length;
 }
 
 TEST(PairingsArchive, DamagedCountsEndInADataErrorAndNotInAHugeAllocation)
 {
-    const auto good = serialized(points(0, 1));
+    const auto good = serialized(Pairings());
+    ASSERT_EQ(good.size(), 1u + 10 * 8 + 8);
     rusage before{};
     getrusage(RUSAGE_SELF, &before);
-    // The first list's count stands behind the version; each byte of it is damaged in turn.
-    for (size_t at = 1; at < 9; at++)
+    // Behind the version stand the counts of five lists and of five lists of weights; each byte is damaged.
+    for (size_t at = 1; at < 1 + 10 * 8; at++)
         for (const uint8_t value : {uint8_t(0x7f), uint8_t(0xff)})
         {
             auto bytes = good;
@@ -325,7 +579,7 @@ TEST(PairingsArchive, DamagedCountsEndInADataErrorAndNotInAHugeAllocation)
 
 TEST(PairingsArchive, RandomDamageNeverCrashes)
 {
-    const auto good = serialized(one_of_each());
+    const auto good = serialized(one_of_each_weighted());
     SeededRandom random(1);
     int refused = 0;
     for (int i = 0; i < 3000; i++)
@@ -336,7 +590,8 @@ TEST(PairingsArchive, RandomDamageNeverCrashes)
         try
         {
             const Pairings p = deserialized(bytes);
-            EXPECT_EQ(p.expanded_point_weights().size(), p.paired_pt2pt.size());
+            EXPECT_EQ(all_weights(p)[0].size(), p.paired_pt2pt.size());
+            EXPECT_EQ(all_weights(p)[4].size(), p.paired_pl2pl.size());
         }
         catch (const DataError&)
         {
@@ -344,33 +599,4 @@ TEST(PairingsArchive, RandomDamageNeverCrashes)
         }
     }
     EXPECT_GT(refused, 100);
-}
-
-// ---- Pictures ---------------------------------------------------------------------------------------------
-
-TEST(PairingsVisualization, SegmentsJoinGlobalPointsAndMovedLocalOnes)
-{
-    const Pairings p = points(0, 3);
-    const mrpt::poses::CPose3D pose(1, 2, 3, 0.4, 0.5, 0.6);
-    const auto scene = p.get_visualization(pose);
-    const auto lines = scene->getByClass<mrpt::opengl::CSetOfLines>();
-    ASSERT_TRUE(lines);
-    ASSERT_EQ(lines->getLineCount(), 3u);
-    for (size_t i = 0; i < 3; i++)
-    {
-        double x0 = 0, y0 = 0, z0 = 0, x1 = 0, y1 = 0, z1 = 0;
-        lines->getLineByIndex(i, x0, y0, z0, x1, y1, z1);
-        const auto moved = pose.composePoint(mrpt::math::TPoint3D(p.paired_pt2pt[i].local));
-        EXPECT_NEAR(x0, p.paired_pt2pt[i].global.x, 1e-6);
-        EXPECT_NEAR(x1, moved.x, 1e-7 * (1 + std::abs(moved.x)));
-        EXPECT_NEAR(z1, moved.z, 1e-7 * (1 + std::abs(moved.z)));
-    }
-}
-
-TEST(PairingsVisualization, NothingIsDrawnWhenThereIsNothingOrItIsSwitchedOff)
-{
-    EXPECT_TRUE(Pairings().get_visualization({})->empty());
-    pairings_render_params_t off;
-    off.pt2pt = false;
-    EXPECT_TRUE(points(0, 3).get_visualization({}, off)->empty());
 }

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 #include <mp2p_icp/Pairings.h>
+#include <mp2p_icp/observability.h>
 #include <mp2p_icp/random.h>
 #include <mp2p_icp/se3.h>
 #include <mp2p_icp/synthetic/random_pose.h>
@@ -94,6 +95,13 @@ inline std::vector<std::pair<size_t, double>> as_runs(const std::vector<double>&
     std::vector<std::pair<size_t, double>> runs;
     for (const double w : weights) runs.emplace_back(1, w);
     return runs;
+}
+
+inline mp2p_icp::ObservabilityParameters known_sigma(const std::optional<double>& sigma)
+{
+    mp2p_icp::ObservabilityParameters p;
+    p.sigma = sigma;
+    return p;
 }
 
 inline void expect_same_bits(const CPose3D& a, const CPose3D& b)

@@ -80,9 +80,9 @@ TEST(SolverHorn, FailsLikeOptimalTfHorn)
     r.optimalPose = CPose3D(1, 2, 3, 0, 0, 0);
     EXPECT_FALSE(Solver_Horn().optimal_pose(Pairings(), r, context));
     EXPECT_EQ(r.optimalPose.x(), 1);
-    Pairings planes;
-    planes.paired_pl2pl.emplace_back();
-    EXPECT_THROW(Solver_Horn().optimal_pose(planes, r, context), std::invalid_argument);
+    Pairings bad = moved_points(random_points(5, 5, 1), Matrix3d::Identity(), {1, 2, 3});
+    bad.point_weights = {{1, -1.0}};
+    EXPECT_THROW(Solver_Horn().optimal_pose(bad, r, context), std::invalid_argument);
 }
 
 TEST(SolverHornPrior, IsTheMinimumOfTheStatedCost)

@@ -83,27 +83,28 @@ struct Scene
     }
     Observability seen(const std::optional<double>& sigma = 0.01) const
     {
-        return observability(p, pose, sigma);
+        return observability(p, pose, known_sigma(sigma));
     }
 };
 
 // ---- The residuals of METHOD, written out, for numerical differentiation
 // -----------------------------------
 
+/// Of the paired points about their weighted centroid.
 double rms_radius(const Pairings& p)
 {
-    std::vector<Vector3d> all;
-    for (const auto& x : p.paired_pt2pt) all.push_back(to_eigen(mrpt::math::TPoint3D(x.local)));
-    for (const auto& x : p.paired_pt2ln) all.push_back(to_eigen(x.pt_local));
-    for (const auto& x : p.paired_pt2pl) all.push_back(to_eigen(x.pt_local));
-    for (const auto& x : p.paired_ln2ln) all.push_back(to_eigen(x.ln_local.pBase));
-    for (const auto& x : p.paired_pl2pl) all.push_back(to_eigen(x.p_local.centroid));
+    std::vector<std::pair<double, Vector3d>> all;
+    const auto w = p.expanded_point_weights();
+    for (size_t i = 0; i < w.size(); i++) all.emplace_back(w[i], local_of(p, i));
+    for (const auto& x : p.paired_pt2ln) all.emplace_back(1, to_eigen(x.pt_local));
+    for (const auto& x : p.paired_pt2pl) all.emplace_back(1, to_eigen(x.pt_local));
     if (all.size() < 2) return 1;
     Vector3d mean = Vector3d::Zero();
-    for (const auto& x : all) mean += x / double(all.size());
-    double sum = 0;
-    for (const auto& x : all) sum += (x - mean).squaredNorm();
-    return std::sqrt(sum / double(all.size()));
+    double weight = 0, sum = 0;
+    for (const auto& [wi, x] : all) mean += wi * x, weight += wi;
+    mean /= weight;
+    for (const auto& [wi, x] : all) sum += wi * (x - mean).squaredNorm();
+    return std::sqrt(sum / weight);
 }
 
 Eigen::VectorXd residuals(const Pairings& p, const CPose3D& pose)
@@ -267,7 +268,7 @@ TEST(Observability, TheInformationIsThatOfTheResidualsForEveryMixOfKinds)
         {
             const CPose3D pose = tame_pose(random);
             const Pairings p = random_pairings(kinds, pose, random);
-            const Observability o = observability(p, pose, 0.02);
+            const Observability o = observability(p, pose, known_sigma(0.02));
             const Matrix6 expected = numeric_information(p, pose, 0.02);
             EXPECT_EQ(o.rank, 6);
             EXPECT_TRUE(o.free.empty());
@@ -284,7 +285,8 @@ TEST(Observability, TheCovarianceIsTheInverseOfTheInformationAtFullRank)
     for (int kinds = 1; kinds < 32; kinds++)
     {
         const CPose3D pose = tame_pose(random);
-        const Observability o = observability(random_pairings(kinds, pose, random, 20), pose, 0.02);
+        const Observability o =
+            observability(random_pairings(kinds, pose, random, 20), pose, known_sigma(0.02));
         const Matrix6 inverse = as_eigen(o.information).inverse(), mine = as_eigen(o.covariance);
         EXPECT_LT((mine - inverse).norm(), 1e-9 * inverse.norm()) << kinds;
         EXPECT_EQ(mine, mine.transpose());
@@ -345,7 +347,7 @@ TEST(Observability, ThePredictionHoldsInRepeatedMeasurements)
                                         1000 + static_cast<uint64_t>(k));
         OptimalTF_Result r;
         ASSERT_TRUE(optimal_tf_horn(p, {}, r));
-        const Observability o = observability(p, r.optimalPose, sigma);
+        const Observability o = observability(p, r.optimalPose, known_sigma(sigma));
         const Vector6 e = coordinates(r.optimalPose) - coordinates(truth);
         nees += e.dot(as_eigen(o.information) * e);
         empirical += e * e.transpose() / runs, predicted += as_eigen(o.covariance) / runs;
@@ -758,7 +760,7 @@ TEST(Observability, PairingsWithNanAreLeftOut)
     for (int kinds = 1; kinds < 32; kinds *= 2)
     {
         const Pairings good = random_pairings(kinds, pose, random);
-        const Observability expected = observability(good, pose, 0.01);
+        const Observability expected = observability(good, pose, known_sigma(0.01));
         for (int where = 0; where < 4; where++)
         {
             Pairings bad = good;
@@ -771,7 +773,7 @@ TEST(Observability, PairingsWithNanAreLeftOut)
             if (kinds == 8) bad.paired_ln2ln.push_back({line(base, dir), line(local, local_dir)});
             if (kinds == 16) bad.paired_pl2pl.push_back({patch(base, dir), patch(local, local_dir)});
             if (kinds == 1 && where == 1) bad.paired_pt2pt.back().local.x = NaN;
-            const Observability o = observability(bad, pose, 0.01);
+            const Observability o = observability(bad, pose, known_sigma(0.01));
             EXPECT_EQ(as_eigen(o.information), as_eigen(expected.information)) << kinds << " " << where;
             EXPECT_EQ(o.residual_rms, expected.residual_rms) << kinds << " " << where;
         }
@@ -806,7 +808,7 @@ TEST(Observability, GimbalLockIsAPropertyOfTheAnglesNotOfThePose)
     }
 }
 
-TEST(Observability, SignsOfDirectionsAreFree)
+TEST(Observability, SignsAreFreeWhereTheyAreSaidToBe)
 {
     SeededRandom random(26);
     const CPose3D pose = tame_pose(random);
@@ -815,8 +817,15 @@ TEST(Observability, SignsOfDirectionsAreFree)
     for (auto& x : flipped.paired_ln2ln) x.ln_local.director *= -1.0;
     for (auto& x : flipped.paired_pl2pl)
         for (auto& c : x.p_local.plane.coefs) c = -c;
-    const Matrix6 a = as_eigen(observability(p, pose, 0.01).information),
-                  b = as_eigen(observability(flipped, pose, 0.01).information);
+    ObservabilityParameters free = known_sigma(0.01), estimated;
+    free.pair_weights.pl2pl_sign = estimated.pair_weights.pl2pl_sign = DirectionSign::Free;
+    const Matrix6 a = as_eigen(observability(p, pose, free).information),
+                  b = as_eigen(observability(flipped, pose, free).information);
     EXPECT_LT((a - b).norm(), 1e-12 * a.norm());
-    EXPECT_NEAR(observability(flipped, pose).sigma, observability(p, pose).sigma, 1e-12);
+    EXPECT_NEAR(observability(flipped, pose, estimated).sigma, observability(p, pose, estimated).sigma,
+                1e-12);
+    // Oriented normals that are turned round do not fit.
+    estimated.pair_weights.pl2pl_sign = DirectionSign::Oriented;
+    EXPECT_GT(observability(flipped, pose, estimated).sigma, 0.5);
+    EXPECT_LT(observability(p, pose, estimated).sigma, 0.1);
 }

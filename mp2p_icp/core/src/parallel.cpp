@@ -13,6 +13,11 @@ void parallel_for_blocks(size_t count, const std::function<void(size_t first, si
     const size_t blocks = (count + BLOCK_SIZE - 1) / BLOCK_SIZE;
     const auto do_block = [&](size_t b) { work(b * BLOCK_SIZE, std::min(count, (b + 1) * BLOCK_SIZE)); };
 #ifdef MP2P_ICP_HAS_TBB
+    if (blocks <= 1)
+    {
+        if (blocks == 1) do_block(0);
+        return;
+    }
     tbb::parallel_for(size_t(0), blocks, do_block);
 #else
     for (size_t b = 0; b < blocks; b++) do_block(b);

@@ -360,8 +360,10 @@ void AlignRun::describe_returned_pose(Results& out)
         return;
     }
     // The shifted coordinates are doubles, exact: nothing was rounded there.
+    ObservabilityParameters exact;
+    exact.sigma = seen.sigma, exact.coordinate_rounding = 0.0;
     const Observability in_original =
-        offsets_.none() ? seen : observability(out.finalPairings, out.optimal_tf.mean, seen.sigma, 0.0);
+        offsets_.none() ? seen : observability(out.finalPairings, out.optimal_tf.mean, exact);
     out.optimal_tf.cov = in_original.covariance;
     out.information = in_original.information;
     if (seen.rank < 6)

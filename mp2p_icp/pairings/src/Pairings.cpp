@@ -1,6 +1,5 @@
 #include <mp2p_icp/Pairings.h>
 #include <mp2p_icp/errors.h>
-#include <mrpt/opengl/CSetOfLines.h>
 
 #include <algorithm>
 
@@ -45,23 +44,40 @@ std::string Pairings::contents_summary() const
     return (out.empty() ? std::string("no pairings") : out) + " out of " + std::to_string(potential_pairings);
 }
 
-std::vector<double> Pairings::expanded_point_weights() const
+// ---- Weights and merging ----------------------------------------------------------------------------------
+
+std::vector<double> expanded_weights(const WeightRuns& runs, size_t count)
 {
     std::vector<double> weights;
-    weights.reserve(paired_pt2pt.size());
-    for (const auto& [count, weight] : point_weights)
-        weights.insert(weights.end(), std::min(count, paired_pt2pt.size() - weights.size()), weight);
-    weights.resize(paired_pt2pt.size(), 1.0);
+    weights.reserve(count);
+    for (const auto& [length, weight] : runs)
+        weights.insert(weights.end(), std::min(length, count - weights.size()), weight);
+    weights.resize(count, 1.0);
     return weights;
+}
+
+std::vector<double> Pairings::expanded_point_weights() const
+{
+    return expanded_weights(point_weights, paired_pt2pt.size());
 }
 
 namespace
 {
-/// The runs that cover exactly `count` pairs: cut off behind them, filled up with the default weight.
-std::vector<std::pair<size_t, double>> runs_for(const std::vector<std::pair<size_t, double>>& runs,
-                                                size_t count)
+/// Calls work(list, weights) with pointers to both members of each kind, in the order of the archives.
+template <class Work>
+void for_each_kind(const Work& work)
 {
-    std::vector<std::pair<size_t, double>> out;
+    work(&Pairings::paired_pt2pt, &Pairings::point_weights);
+    work(&Pairings::paired_pt2ln, &Pairings::pt2ln_weights);
+    work(&Pairings::paired_pt2pl, &Pairings::pt2pl_weights);
+    work(&Pairings::paired_ln2ln, &Pairings::ln2ln_weights);
+    work(&Pairings::paired_pl2pl, &Pairings::pl2pl_weights);
+}
+
+/// The runs that cover exactly `count` pairs: cut off behind them, filled up with the default weight.
+WeightRuns runs_for(const WeightRuns& runs, size_t count)
+{
+    WeightRuns out;
     size_t left = count;
     for (const auto& [length, weight] : runs)
     {
@@ -78,21 +94,25 @@ void append(List& to, const List& from)
 {
     to.insert(to.end(), from.begin(), from.end());
 }
+
+/// Appends one kind of pairings and their weights.
+template <class List>
+void append_weighted(List& to, WeightRuns& to_weights, const List& from, const WeightRuns& from_weights)
+{
+    if (!to_weights.empty() || !from_weights.empty())
+    {
+        to_weights = runs_for(to_weights, to.size());
+        append(to_weights, runs_for(from_weights, from.size()));
+    }
+    append(to, from);
+}
 }  // namespace
 
 void Pairings::push_back(const Pairings& other)
 {
     if (&other == this) return push_back(Pairings(other));
-    if (!point_weights.empty() || !other.point_weights.empty())
-    {
-        point_weights = runs_for(point_weights, paired_pt2pt.size());
-        append(point_weights, runs_for(other.point_weights, other.paired_pt2pt.size()));
-    }
-    append<std::vector<mrpt::tfest::TMatchingPair_d>>(paired_pt2pt, other.paired_pt2pt);
-    append(paired_pt2ln, other.paired_pt2ln);
-    append(paired_pt2pl, other.paired_pt2pl);
-    append(paired_ln2ln, other.paired_ln2ln);
-    append(paired_pl2pl, other.paired_pl2pl);
+    for_each_kind([&](auto list, auto weights)
+                  { append_weighted(this->*list, this->*weights, other.*list, other.*weights); });
     potential_pairings += other.potential_pairings;
 }
 
@@ -187,27 +207,35 @@ void get_list(CArchive& in, List& list)
     }
 }
 
-constexpr uint8_t PAIRINGS_VERSION = 0;
+/// 0: five lists, point_weights, potential_pairings. 1: the weights of the other kinds follow point_weights.
+constexpr uint8_t PAIRINGS_VERSION = 1;
 }  // namespace
 
 void Pairings::serializeTo(CArchive& out) const
 {
     out.WriteAs<uint8_t>(PAIRINGS_VERSION);
-    put_list(out, paired_pt2pt), put_list(out, paired_pt2ln), put_list(out, paired_pt2pl);
-    put_list(out, paired_ln2ln), put_list(out, paired_pl2pl), put_list(out, point_weights);
+    for_each_kind([&](auto list, auto) { put_list(out, this->*list); });
+    for_each_kind([&](auto, auto weights) { put_list(out, this->*weights); });
     out << potential_pairings;
 }
 
 void Pairings::serializeFrom(CArchive& in)
 {
     const auto version = in.ReadAs<uint8_t>();
-    if (version != PAIRINGS_VERSION)
-        throw DataError("pairings", "", "version " + std::to_string(PAIRINGS_VERSION),
+    if (version > PAIRINGS_VERSION)
+        throw DataError("pairings", "", "version 0 to " + std::to_string(PAIRINGS_VERSION),
                         "version " + std::to_string(version));
+    const auto get_weights = [&](auto, auto weights)
+    {
+        if (version >= 1 || weights == &Pairings::point_weights)
+            get_list(in, this->*weights);
+        else
+            (this->*weights).clear();
+    };
     try
     {
-        get_list(in, paired_pt2pt), get_list(in, paired_pt2ln), get_list(in, paired_pt2pl);
-        get_list(in, paired_ln2ln), get_list(in, paired_pl2pl), get_list(in, point_weights);
+        for_each_kind([&](auto list, auto) { get_list(in, this->*list); });
+        for_each_kind(get_weights);
         // MRPT fails on reads beyond the end, but not on those that begin before it: this last one could be
         // cut short.
         if (in.ReadBufferFixEndianness(&potential_pairings, 1) != sizeof(potential_pairings))
@@ -228,19 +256,6 @@ CArchive& operator>>(CArchive& in, Pairings& obj)
 {
     obj.serializeFrom(in);
     return in;
-}
-
-std::shared_ptr<mrpt::opengl::CSetOfObjects> Pairings::get_visualization(
-    const mrpt::poses::CPose3D& localWrtGlobal, const pairings_render_params_t& p) const
-{
-    auto o = mrpt::opengl::CSetOfObjects::Create();
-    if (!p.pt2pt || paired_pt2pt.empty()) return o;
-    auto segments = mrpt::opengl::CSetOfLines::Create();
-    segments->setColor_u8(p.pt2pt_color);
-    for (const auto& pair : paired_pt2pt)
-        segments->appendLine(pair.global, localWrtGlobal.composePoint(pair.local));
-    o->insert(segments);
-    return o;
 }
 
 }  // namespace mp2p_icp

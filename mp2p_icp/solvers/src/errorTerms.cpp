@@ -72,7 +72,8 @@ mrpt::math::CVectorFixedDouble<4> error_line2line(const matched_line_t& pairing,
     Eigen::Matrix<double, 2, 3> basis;
     basis << e1.transpose(), u.cross(e1).transpose();
     mrpt::math::CVectorFixedDouble<4> error;
-    put<2, 4>(sign * basis, direction_term(pairing), relativePose, Part::Direction, 0, error, jacobian);
+    put<2, 4>(sign * basis, direction_term(directions_of(pairing), DirectionSign::Free), relativePose,
+              Part::Direction, 0, error, jacobian);
     put<2, 4>(basis, position_term(pairing), relativePose, Part::Position, 2, error, jacobian);
     return error;
 }
@@ -81,7 +82,8 @@ mrpt::math::CVectorFixedDouble<3> error_plane2plane(const matched_plane_t& pairi
                                                     const CPose3D& relativePose,
                                                     mrpt::optional_ref<ErrorTermJacobian<3>> jacobian)
 {
-    return whole(direction_term(pairing), relativePose, Part::Direction, jacobian);
+    return whole(direction_term(directions_of(pairing), DirectionSign::Oriented), relativePose,
+                 Part::Direction, jacobian);
 }
 
 }  // namespace mp2p_icp

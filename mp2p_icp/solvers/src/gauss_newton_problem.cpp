@@ -4,7 +4,6 @@
 #include <mp2p_icp/se3.h>
 
 #include <cmath>
-#include <limits>
 #include <stdexcept>
 
 #include "euler_rates.h"
@@ -18,29 +17,11 @@ namespace
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-std::vector<double> given_weights(const Pairings& in, const PairWeights& kinds)
+/// A residual term at a pose: its value and its Jacobian by the scaled twist, both in metres.
+struct Rows
 {
-    std::vector<double> weights = in.expanded_point_weights();
-    for (double& w : weights) w *= kinds.pt2pt;
-    weights.insert(weights.end(), in.paired_pt2ln.size(), kinds.pt2ln);
-    weights.insert(weights.end(), in.paired_pt2pl.size(), kinds.pt2pl);
-    weights.insert(weights.end(), in.paired_ln2ln.size(), kinds.ln2ln);
-    weights.insert(weights.end(), in.paired_pl2pl.size(), kinds.pl2pl);
-    for (const double w : weights)
-        if (!(w >= 0) || w > std::numeric_limits<double>::max())
-            throw std::invalid_argument("weights of pairings must be finite and not negative");
-    return weights;
-}
-
-struct Means
-{
-    double w = 0;
-    Vector3d local = Vector3d::Zero(), global = Vector3d::Zero();
-    Means& operator+=(const Means& o)
-    {
-        w += o.w, local += o.local, global += o.global;
-        return *this;
-    }
+    Vector3d r = Vector3d::Zero();
+    Eigen::Matrix<double, 3, 6> J = Eigen::Matrix<double, 3, 6>::Zero();
 };
 
 struct Sums
@@ -53,16 +34,14 @@ struct Sums
         cost += o.cost, H += o.H, g += o.g;
         return *this;
     }
+    void add(double w, const Rows& rows)
+    {
+        H += w * (rows.J.transpose() * rows.J);
+        g += w * (rows.J.transpose() * rows.r);
+    }
 };
 
-/// A residual term at a pose: its value and its Jacobian by the scaled twist, both in metres.
-struct Rows
-{
-    Vector3d r = Vector3d::Zero();
-    Eigen::Matrix<double, 3, 6> J = Eigen::Matrix<double, 3, 6>::Zero();
-};
-
-Rows position_rows(const ResidualTerm& term, const CentredPose& pose, const WeightedPairings& in)
+Rows position_rows(const ResidualTerm& term, const OriginPose& pose, const CentredPairings& in)
 {
     const Vector3d lever = pose.R * (term.b - in.local_mean);
     Rows out;
@@ -71,12 +50,40 @@ Rows position_rows(const ResidualTerm& term, const CentredPose& pose, const Weig
     return out;
 }
 
-Rows direction_rows(const ResidualTerm& term, const CentredPose& pose, double L)
+Rows direction_rows(const ResidualTerm& term, const OriginPose& pose, double L)
 {
     const Vector3d rotated = pose.R * term.b;
     Rows out;
-    out.r = L * (term.C * (rotated - term.q));
-    out.J << Matrix3d::Zero(), -term.C * skew(rotated);  // L per rad, and the twist's unit is rad / L
+    out.r = term.C * (rotated - term.q);
+    out.J << Matrix3d::Zero(), -term.C * skew(rotated) / L;
+    return out;
+}
+
+/// A pairing at a pose.
+struct SeenPairing
+{
+    double w = 0, direction_w = 0;  ///< of the two squared residuals
+    double base_w = 0, square = 0;  ///< base_w * square = the cost without kernel; see squared_residuals()
+    Rows position, direction;
+};
+
+SeenPairing see(const CentredPairings& in, size_t i, const OriginPose& pose)
+{
+    SeenPairing out;
+    const PairingId id = pairing_id(in.pairings.pairings(), i);
+    const PairingTerms terms = in.pairings.terms(id);
+    out.w = in.pairings.weight(id);
+    out.position = position_rows(terms.position, pose, in);
+    double cost = out.w * out.position.r.squaredNorm();
+    out.base_w = out.w;
+    if (terms.direction)
+    {
+        out.direction_w = in.pairings.direction_weight(id, in.L);
+        out.direction = direction_rows(*terms.direction, pose, in.L);
+        cost += out.direction_w * out.direction.r.squaredNorm();
+        if (!(out.w > 0)) out.base_w = out.direction_w / (in.L * in.L);
+    }
+    if (out.base_w > 0) out.square = cost / out.base_w;
     return out;
 }
 
@@ -84,55 +91,15 @@ Rows direction_rows(const ResidualTerm& term, const CentredPose& pose, double L)
 constexpr double RELATIVE_INFORMATION = 1e-10;
 }  // namespace
 
-WeightedPairings::WeightedPairings(const Pairings& in, const PairWeights& kinds)
-    : pairings(in), weights(given_weights(in, kinds))
+CentredPairings::CentredPairings(const PreparedPairings& in) : pairings(in)
 {
-    for (size_t i = 0; i < weights.size(); i++)
-        if (weights[i] > 0 && !terms_of(in, i).finite()) weights[i] = 0, skipped++;
-    const auto means = block_sum<Means>(weights.size(),
-                                        [&](size_t from, size_t to)
-                                        {
-                                            Means m;
-                                            for (size_t i = from; i < to; i++)
-                                            {
-                                                if (weights[i] == 0) continue;
-                                                const ResidualTerm term = terms_of(in, i).position;
-                                                m.w += weights[i];
-                                                m.local += weights[i] * term.b;
-                                                m.global += weights[i] * term.q;
-                                            }
-                                            return m;
-                                        });
-    weight_sum = means.w;
-    if (!(weight_sum > 0)) return;
-    local_mean = means.local / weight_sum, global_mean = means.global / weight_sum;
-    const double squares = block_sum<double>(
-        weights.size(),
-        [&](size_t from, size_t to)
-        {
-            double sum = 0;
-            for (size_t i = from; i < to; i++)
-                if (weights[i] > 0)
-                    sum += weights[i] * (terms_of(in, i).position.b - local_mean).squaredNorm();
-            return sum;
-        });
-    const double rms = std::sqrt(squares / weight_sum);
-    // As in optimal_tf_horn: below this, points coincide but for the rounding of their mean.
-    if (rms > 1e-12 * local_mean.norm()) L = rms;
+    PreparedPairings summed = in;
+    const PairingSums sums = pairing_sums(summed);
+    const PoseQuadratic q = pose_quadratic(sums, in);
+    local_mean = q.b_centre, global_mean = q.a_centre, L = q.L;
 }
 
-CentredPose centred(const mrpt::poses::CPose3D& pose, const WeightedPairings& about)
-{
-    const Matrix3d R = rotation_of(pose);
-    return {R, R * about.local_mean + (translation_of(pose) - about.global_mean)};
-}
-
-mrpt::poses::CPose3D uncentred(const CentredPose& pose, const WeightedPairings& about)
-{
-    return make_pose(pose.R, pose.c + (about.global_mean - pose.R * about.local_mean));
-}
-
-GaussNewtonProblem::GaussNewtonProblem(const WeightedPairings& pairings,
+GaussNewtonProblem::GaussNewtonProblem(const PreparedPairings& pairings,
                                        const OptimalTF_GN_Parameters& parameters)
     : in_(pairings), kernel_(parameters.kernel), kernel_scale_(parameters.kernelParam)
 {
@@ -141,53 +108,62 @@ GaussNewtonProblem::GaussNewtonProblem(const WeightedPairings& pairings,
     if (parameters.prior) prior_.emplace(*parameters.prior);
 }
 
-Linearised GaussNewtonProblem::linearise(const CentredPose& pose) const
+Linearised GaussNewtonProblem::linearise(const OriginPose& pose) const
 {
-    const auto sums = block_sum<Sums>(
-        in_.weights.size(),
-        [&](size_t from, size_t to)
-        {
-            Sums s;
-            for (size_t i = from; i < to; i++)
-            {
-                if (in_.weights[i] == 0) continue;
-                const PairingTerms terms = terms_of(in_.pairings, i);
-                const Rows position = position_rows(terms.position, pose, in_);
-                const Rows direction =
-                    terms.direction ? direction_rows(*terms.direction, pose, in_.L) : Rows();
-                const double square = position.r.squaredNorm() + direction.r.squaredNorm();
-                const double w = in_.weights[i] * robust_weight(kernel_, square, kernel_scale_);
-                s.cost += in_.weights[i] * robust_loss(kernel_, square, kernel_scale_);
-                s.H += w * (position.J.transpose() * position.J);
-                s.g += w * (position.J.transpose() * position.r);
-                if (!terms.direction) continue;
-                s.H += w * (direction.J.transpose() * direction.J);
-                s.g += w * (direction.J.transpose() * direction.r);
-            }
-            return s;
-        });
+    const auto sums =
+        block_sum<Sums>(in_.pairings.size(),
+                        [&](size_t from, size_t to)
+                        {
+                            Sums s;
+                            for (size_t i = from; i < to; i++)
+                            {
+                                const SeenPairing x = see(in_, i, pose);
+                                if (!(x.base_w > 0)) continue;
+                                const double f = robust_weight(kernel_, x.square, kernel_scale_);
+                                s.cost += x.base_w * robust_loss(kernel_, x.square, kernel_scale_);
+                                s.add(f * x.w, x.position);
+                                if (x.direction_w > 0) s.add(f * x.direction_w, x.direction);
+                            }
+                            return s;
+                        });
     Linearised out;
     out.cost = sums.cost, out.H = sums.H, out.g = sums.g;
     if (!prior_) return out;
-    const auto absolute = uncentred(pose, in_);
-    out.cost += prior_->cost(absolute);
-    out.prior_e = prior_->sqrt_information() * prior_->error(absolute);
-    out.prior_J = prior_->sqrt_information() * PosePrior::jacobian(absolute, in_.local_mean);
+    const auto in_frames = absolute(in_.global_mean, in_.local_mean, pose);
+    out.cost += prior_->cost(in_frames);
+    out.prior_e = prior_->sqrt_information() * prior_->error(in_frames);
+    out.prior_J = prior_->sqrt_information() * PosePrior::jacobian(in_frames, in_.local_mean);
     out.prior_J.rightCols<3>() /= in_.L;
     return out;
 }
 
-CentredPose GaussNewtonProblem::moved(const CentredPose& pose, const Vector6& scaled) const
+OriginPose GaussNewtonProblem::moved(const OriginPose& pose, const Vector6& scaled) const
 {
-    return {rotation_by(scaled.tail<3>() / in_.L) * pose.R, pose.c + scaled.head<3>()};
+    const Matrix3d R = rotation_by(scaled.tail<3>() / in_.L) * pose.R;
+    return {Eigen::Quaterniond(R).normalized().toRotationMatrix(), pose.c + scaled.head<3>()};
+}
+
+std::vector<double> squared_residuals(const PreparedPairings& in, const mrpt::poses::CPose3D& pose)
+{
+    const CentredPairings about(in);
+    const OriginPose at = relative_to(about.global_mean, about.local_mean, pose);
+    std::vector<double> out(in.size());
+    for (size_t i = 0; i < out.size(); i++) out[i] = see(about, i, at).square;
+    return out;
+}
+
+Eigen::Matrix<double, 6, Eigen::Dynamic> free_motions(const Matrix6& H)
+{
+    const Eigen::SelfAdjointEigenSolver<Matrix6> eigen(H);
+    const Vector6 values = eigen.eigenvalues();  // increasing
+    int free = 0;
+    while (free < 6 && !(values(free) > 0 && values(free) > RELATIVE_INFORMATION * values(5))) free++;
+    return eigen.eigenvectors().leftCols(free);
 }
 
 int rank_of(const Matrix6& H)
 {
-    const Vector6 values = Eigen::SelfAdjointEigenSolver<Matrix6>(H, Eigen::EigenvaluesOnly).eigenvalues();
-    int rank = 0;
-    for (int i = 0; i < 6; i++) rank += values(i) > 0 && values(i) > RELATIVE_INFORMATION * values(5);
-    return rank;
+    return 6 - static_cast<int>(free_motions(H).cols());
 }
 
 Vector6 least_squares_step(const Linearised& at, double damping)

@@ -7,35 +7,20 @@
 #include <vector>
 
 #include "pose_prior.h"
+#include "pose_quadratic.h"
+#include "prepared_pairings.h"
 
 namespace mp2p_icp
 {
-using Vector6 = Eigen::Matrix<double, 6, 1>;
-using Matrix6 = Eigen::Matrix<double, 6, 6>;
-
-/// Pairings with their weights, relative to a reference point on each side, so that coordinates far from the
-/// origin lose nothing.
-struct WeightedPairings
+/// Pairings relative to a reference point on each side, so that coordinates far from the origin lose nothing.
+struct CentredPairings
 {
-    const Pairings& pairings;
-    std::vector<double> weights;  ///< kind x pairing, in the order of terms_of(); 0 for those left out
-    size_t skipped = 0;           ///< left out for numbers that are not finite
-    double weight_sum = 0;
+    const PreparedPairings& pairings;
     Eigen::Vector3d local_mean = Eigen::Vector3d::Zero(), global_mean = Eigen::Vector3d::Zero();
-    double L = 1;  ///< rms distance of the local positions from their mean, m
+    double L = 1;  ///< what turns rad into m
 
-    /// \exception std::invalid_argument for a negative weight
-    WeightedPairings(const Pairings& in, const PairWeights& kinds);
+    explicit CentredPairings(const PreparedPairings& in);
 };
-
-/// A pose, as its rotation and where it puts the local mean, relative to the global mean.
-struct CentredPose
-{
-    Eigen::Matrix3d R;
-    Eigen::Vector3d c;
-};
-CentredPose centred(const mrpt::poses::CPose3D& pose, const WeightedPairings& about);
-mrpt::poses::CPose3D uncentred(const CentredPose& pose, const WeightedPairings& about);
 
 /// The cost at a pose and, in the scaled twist (v, omega L), what a step needs: H and g of half the pairings'
 /// cost, the prior's rows S (e + J twist).
@@ -52,21 +37,40 @@ struct Linearised
 class GaussNewtonProblem
 {
  public:
-    GaussNewtonProblem(const WeightedPairings& pairings, const OptimalTF_GN_Parameters& parameters);
+    GaussNewtonProblem(const PreparedPairings& pairings, const OptimalTF_GN_Parameters& parameters);
 
-    Linearised linearise(const CentredPose& pose) const;
+    const CentredPairings& centred() const { return in_; }
+    Linearised linearise(const OriginPose& pose) const;
     /// `scaled` is (v, omega L).
-    CentredPose moved(const CentredPose& pose, const Vector6& scaled) const;
+    OriginPose moved(const OriginPose& pose, const Vector6& scaled) const;
 
  private:
-    const WeightedPairings& in_;
+    CentredPairings in_;
     RobustKernel kernel_;
     double kernel_scale_;
     std::optional<PosePrior> prior_;
 };
 
+/** Of each pairing (in the order of pairing_id()), in m^2: the square of its position's residual plus that of
+ * its direction by the ratio of their weights (by L^2 where the position has none). What a robust kernel
+ * sees.
+ */
+std::vector<double> squared_residuals(const PreparedPairings& in, const mrpt::poses::CPose3D& pose);
+
+/** The pose where the descent from `start` ends; `report` says how. Start, kernel scale and prior must be
+ * valid; pairings all finite. The start itself if no pairing has a weight.
+ */
+mrpt::poses::CPose3D descend(const PreparedPairings& in, const OptimalTF_GN_Parameters& parameters,
+                             const mrpt::poses::CPose3D& start, GaussNewtonReport& report);
+
+/// optimal_tf_gauss_newton() of prepared pairings.
+bool gauss_newton(PreparedPairings& in, const OptimalTF_GN_Parameters& parameters, OptimalTF_Result& result,
+                  GaussNewtonReport* report = nullptr);
+
 /// How many motions H determines.
 int rank_of(const Matrix6& H);
+/// An orthonormal basis (columns) of those that it does not.
+Eigen::Matrix<double, 6, Eigen::Dynamic> free_motions(const Matrix6& H);
 
 /// The scaled twist of least norm that minimises the linearised cost + damping |twist|^2; none of it along
 /// what neither H nor prior determines. `damping` is relative to the mean of H's diagonal.

@@ -1,4 +1,3 @@
-#include <mp2p_icp/observability.h>
 #include <mp2p_icp/parallel.h>
 #include <mp2p_icp/se3.h>
 
@@ -7,89 +6,37 @@
 #include <limits>
 
 #include "euler_rates.h"
+#include "observability_analysis.h"
+#include "pairing_sums.h"
+#include "pose_quadratic.h"
 
 namespace mp2p_icp
 {
 namespace
 {
-using Vector6 = Eigen::Matrix<double, 6, 1>;
-using Matrix6 = Eigen::Matrix<double, 6, 6>;
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
+using mrpt::poses::CPose3D;
 constexpr double INF = std::numeric_limits<double>::infinity();
 
-/** One residual C (p - q) with C a projection: p a local point as seen from the global frame, q where it
- * should be; or, for directions (`is_direction`), p the rotated local direction.
- */
-struct Residual
+/// What the i-th pairing says at a pose: its rows, relative to the pose's frame.
+struct Seen
 {
-    Vector3d p = Vector3d::Zero(), q = Vector3d::Zero();
-    Matrix3d C = Matrix3d::Identity();
-    int rows = 3;
-    double weight = 1;
-    bool is_direction = false;
-
-    bool finite() const { return p.allFinite() && q.allFinite() && C.allFinite() && std::isfinite(weight); }
-    Vector3d value() const { return C * (p - q); }
+    double w = 0, direction_w = 0;
+    Vector3d p = Vector3d::Zero();  ///< the local position as seen from the global frame
+    ResidualTerm position;
+    std::optional<ResidualTerm> direction;
 };
 
-Matrix3d across(const Vector3d& u)
+Seen seen(const PreparedPairings& in, size_t i, const CPose3D& pose, double L)
 {
-    return Matrix3d::Identity() - u * u.transpose();
-}
-Vector3d normal_of(const plane_patch_t& p)
-{
-    return Vector3d(p.plane.coefs[0], p.plane.coefs[1], p.plane.coefs[2]).normalized();
-}
-Vector3d direction_of(const mrpt::math::TLine3D& l)
-{
-    return to_eigen(l.director).normalized();
-}
-
-/// All pairings as residuals, in the order of their lists.
-std::vector<Residual> residuals_of(const Pairings& in, const mrpt::poses::CPose3D& pose)
-{
-    const Matrix3d R = rotation_of(pose);
-    const Vector3d t = translation_of(pose);
-    std::vector<Residual> all;
-    all.reserve(in.size() + in.paired_ln2ln.size() + in.paired_pl2pl.size());
-    const auto weights = in.expanded_point_weights();
-    for (size_t i = 0; i < in.paired_pt2pt.size(); i++)
-        all.push_back({R * to_eigen(in.paired_pt2pt[i].local) + t, to_eigen(in.paired_pt2pt[i].global),
-                       Matrix3d::Identity(), 3, weights[i], false});
-    for (const auto& p : in.paired_pt2ln)
-        all.push_back({R * to_eigen(p.pt_local) + t, to_eigen(p.ln_global.pBase),
-                       across(direction_of(p.ln_global)), 2, 1, false});
-    const auto on_plane = [&](const mrpt::math::TPoint3D& local, const plane_patch_t& global)
-    {
-        const Vector3d n = normal_of(global);
-        return Residual{R * to_eigen(local) + t, to_eigen(global.centroid), n * n.transpose(), 1, 1, false};
-    };
-    for (const auto& p : in.paired_pt2pl) all.push_back(on_plane(p.pt_local, p.pl_global));
-    // Directions: seen from the global one, signs are free.
-    const auto along = [&](const Vector3d& global, const Vector3d& local)
-    {
-        const Vector3d rotated = R * local;
-        return Residual{
-            rotated.dot(global) < 0 ? Vector3d(-rotated) : rotated, global, across(global), 2, 1, true};
-    };
-    const auto add_both = [&all](const Residual& position, const Residual& direction)
-    {
-        if (position.finite() && direction.finite()) all.insert(all.end(), {position, direction});
-    };
-    for (const auto& p : in.paired_ln2ln)
-    {
-        const Vector3d u = direction_of(p.ln_global);
-        add_both({R * to_eigen(p.ln_local.pBase) + t, to_eigen(p.ln_global.pBase), across(u), 2, 1, false},
-                 along(u, direction_of(p.ln_local)));
-    }
-    for (const auto& p : in.paired_pl2pl)
-        add_both(on_plane(p.p_local.centroid, p.p_global),
-                 along(normal_of(p.p_global), normal_of(p.p_local)));
-    all.erase(std::remove_if(all.begin(), all.end(),
-                             [](const Residual& r) { return !r.finite() || !(r.weight > 0); }),
-              all.end());
-    return all;
+    const PairingId id = pairing_id(in.pairings(), i);
+    const PairingTerms terms = in.terms(id);
+    Seen out;
+    out.w = in.weight(id), out.position = terms.position, out.direction = terms.direction;
+    if (terms.direction) out.direction_w = in.direction_weight(id, L);
+    out.p = rotation_of(pose) * terms.position.b + translation_of(pose);
+    return out;
 }
 
 struct Spread
@@ -100,25 +47,26 @@ struct Spread
     double rounding = 0;  ///< of coordinates, m
 };
 
-/// Rounding of coordinates to float, as a standard deviation: one unit in the last place / sqrt(12).
-double float_rounding(double largest)
-{
-    return largest * 0x1p-23 / std::sqrt(12.0);
-}
-
-Spread spread_of(const std::vector<Residual>& all, const std::optional<double>& coordinate_rounding)
+Spread spread_of(const PreparedPairings& in, const CPose3D& pose, const AnalysisOptions& options)
 {
     Spread s;
     double n = 0, squares = 0;
-    for (const auto& r : all)
-        if (!r.is_direction)
-            s.mean += r.p, n += 1,
-                s.largest = std::max({s.largest, r.p.cwiseAbs().maxCoeff(), r.q.cwiseAbs().maxCoeff()});
+    const auto for_each_position = [&](const auto& f)
+    {
+        for (size_t i = 0; i < in.size(); i++)
+            if (const Seen x = seen(in, i, pose, 1); x.w > 0 || x.direction_w > 0) f(x);
+    };
+    for_each_position(
+        [&](const Seen& x)
+        {
+            s.mean += x.p, n += 1;
+            s.largest = std::max({s.largest, x.p.cwiseAbs().maxCoeff(), x.position.q.cwiseAbs().maxCoeff()});
+        });
     if (n == 0) return s;
     s.mean /= n;
-    for (const auto& r : all)
-        if (!r.is_direction) squares += (r.p - s.mean).squaredNorm();
-    s.rounding = coordinate_rounding.value_or(float_rounding(s.largest));
+    for_each_position([&](const Seen& x) { squares += (x.p - s.mean).squaredNorm(); });
+    // Of rounding: one unit in the last place / sqrt(12).
+    s.rounding = options.coordinate_rounding.value_or(s.largest * options.epsilon / std::sqrt(12.0));
     const double rms = std::sqrt(squares / n), resolved = std::max(10 * s.rounding, 1e-12 * s.largest);
     if (n >= 2 && rms > resolved) s.L = rms;
     return s;
@@ -135,27 +83,37 @@ struct Normal
             positions += o.positions;
         return *this;
     }
+    void add(double weight, const ResidualTerm& t, const Eigen::Matrix<double, 3, 6>& J,
+             const Vector3d& difference)
+    {
+        H += weight * J.transpose() * t.C * J;
+        squares += weight * (t.C * difference).squaredNorm();
+        rows += static_cast<size_t>(t.rows);
+    }
 };
 
-Normal normal_matrix(const std::vector<Residual>& all, const Spread& s)
+Normal normal_matrix(const PreparedPairings& in, const CPose3D& pose, const Spread& s, double direction_L)
 {
+    const Matrix3d R = rotation_of(pose);
     return block_sum<Normal>(
-        all.size(),
+        in.size(),
         [&](size_t from, size_t to)
         {
             Normal n;
+            Eigen::Matrix<double, 3, 6> J;
             for (size_t i = from; i < to; i++)
             {
-                const Residual& r = all[i];
-                Eigen::Matrix<double, 3, 6> J;
-                if (r.is_direction)  // d(R u) = -[R u]x omega; L per rad, and omega is in units of 1/L
-                    J << Matrix3d::Zero(), -skew(r.p);
-                else
-                    J << Matrix3d::Identity(), -skew(r.p - s.mean) / s.L;
-                n.H += r.weight * J.transpose() * r.C * J;
-                const double square = r.weight * r.value().squaredNorm() * (r.is_direction ? s.L * s.L : 1.0);
-                n.squares += square, n.rows += static_cast<size_t>(r.rows);
-                if (!r.is_direction) n.position_squares += r.value().squaredNorm(), n.positions++;
+                const Seen x = seen(in, i, pose, direction_L);
+                if (x.w > 0)
+                {
+                    J << Matrix3d::Identity(), -skew(x.p - s.mean) / s.L;
+                    n.add(x.w, x.position, J, x.p - x.position.q);
+                    n.position_squares += (x.position.C * (x.p - x.position.q)).squaredNorm(), n.positions++;
+                }
+                if (!(x.direction_w > 0)) continue;
+                const Vector3d rotated = R * x.direction->b;
+                J << Matrix3d::Zero(), -skew(rotated) / s.L;
+                n.add(x.direction_w, *x.direction, J, rotated - x.direction->q);
             }
             return n;
         });
@@ -165,7 +123,17 @@ Normal normal_matrix(const std::vector<Residual>& all, const Spread& s)
 /// and, where it rotates, of the coordinates.
 double relative_limit(const Vector6& direction, const Spread& s)
 {
-    return std::max(1e-10, std::pow(10 * s.rounding / s.L * direction.tail<3>().norm(), 2));
+    return std::max(1e-10, std::pow(10 * s.rounding / s.L, 2) * direction.tail<3>().squaredNorm());
+}
+
+/** The information less what noise of the points can feign: their lever arms about an axis on which they all
+ * lie, say, are noise alone. That is two thirds of the residuals' squares; three times as much is taken off.
+ */
+Matrix6 without_noise(const Matrix6& H, double noise_squares, const Spread& s)
+{
+    Matrix6 out = H;
+    out.diagonal().tail<3>().array() -= 2 * noise_squares / (s.L * s.L);
+    return out;
 }
 
 /** An orthonormal basis of the null space whose vectors lie along coordinate axes where that is possible, so
@@ -253,6 +221,15 @@ Matrix6 coordinates_from_twist_at(const mrpt::poses::CPose3D& pose, const Spread
     return M;
 }
 
+/// From (v of the mean, omega L) to (dt, omega): the translation's change and the rotation vector.
+Matrix6 origin_twist_from_twist(const CPose3D& pose, const Spread& s)
+{
+    Matrix6 M = Matrix6::Identity();
+    M.topRightCorner<3, 3>() = skew(s.mean - translation_of(pose)) / s.L;
+    M.bottomRightCorner<3, 3>() /= s.L;
+    return M;
+}
+
 void set(mrpt::math::CMatrixDouble66& to, const Matrix6& from)
 {
     for (int r = 0; r < 6; r++)
@@ -275,6 +252,29 @@ void set_infinite(Matrix6& covariance, const Matrix6& coordinates_from_twist,
         }
     }
 }
+
+/// The 6x6 matrices of the result, from the information H and the covariance in (v of the mean, omega L).
+void set_matrices(const CPose3D& pose, const Spread& s, const Matrix6& H, const Matrix6& twist_covariance,
+                  const std::vector<Vector6>& free, Observability& out)
+{
+    const bool known = std::isfinite(out.sigma);
+    const auto symmetric = [](const Matrix6& M) -> Matrix6 { return 0.5 * (M + M.transpose()); };
+    const auto transformed = [&](const Matrix6& to, bool angles_singular)
+    {
+        Matrix6 covariance = symmetric(to * twist_covariance * to.transpose());
+        set_infinite(covariance, to, free);
+        for (int i = 0; i < 6; i++)
+            if (!known || (angles_singular && (i == 3 || i == 5)))
+                covariance.row(i).setZero(), covariance.col(i).setZero(), covariance(i, i) = INF;
+        return covariance;
+    };
+    set(out.covariance,
+        transformed(coordinates_from_twist_at(pose, s), std::abs(std::cos(pose.pitch())) < 1e-6));
+    set(out.covariance_twist, transformed(origin_twist_from_twist(pose, s), false));
+    const Matrix6 M = twist_from_coordinates(pose, s);
+    const double scale = known && out.sigma > 0 ? 1 / (out.sigma * out.sigma) : 0.0;
+    set(out.information, scale > 0 ? Matrix6(M.transpose() * H * M * scale) : Matrix6(Matrix6::Zero()));
+}
 }  // namespace
 
 std::string to_string(FreeTwist::Kind kind)
@@ -284,78 +284,79 @@ std::string to_string(FreeTwist::Kind kind)
                                                 : "screw";
 }
 
-Observability observability(const Pairings& pairings, const mrpt::poses::CPose3D& pose,
-                            const std::optional<double>& given_sigma,
-                            const std::optional<double>& coordinate_rounding)
+Observability analyse(const PreparedPairings& in, const CPose3D& pose, const AnalysisOptions& options)
 {
-    const auto all = residuals_of(pairings, pose);
-    const Spread s = spread_of(all, coordinate_rounding);
-    const Normal n = normal_matrix(all, s);
+    const Spread s = spread_of(in, pose, options);
+    PreparedPairings summed = in;
+    const Normal n = normal_matrix(in, pose, s, pairing_sums(summed).L);
     Observability out;
     out.residual_rms = n.positions ? std::sqrt(n.position_squares / static_cast<double>(n.positions)) : 0.0;
 
-    const Eigen::SelfAdjointEigenSolver<Matrix6> eigen(n.H);
-    const Vector6 values = eigen.eigenvalues().cwiseMax(0.0);
-    const auto determined = [&](int i)
-    { return values(i) > relative_limit(eigen.eigenvectors().col(i), s) * values(5) && values(i) > 0; };
-    for (int i = 0; i < 6; i++) out.rank += determined(i) ? 1 : 0;
+    const Eigen::SelfAdjointEigenSolver<Matrix6> all(n.H);
+    const double largest = all.eigenvalues()(5);
+    const auto exceeds = [&](double information, const Vector6& direction)
+    { return information > 0 && information > relative_limit(direction, s) * largest; };
+    for (int i = 0; i < 6; i++) out.rank += exceeds(all.eigenvalues()(i), all.eigenvectors().col(i)) ? 1 : 0;
 
-    const bool estimable = n.rows > static_cast<size_t>(out.rank);
-    const double estimate =
-        estimable ? std::sqrt(n.squares / static_cast<double>(n.rows - static_cast<size_t>(out.rank))) : INF;
-    out.sigma = given_sigma.value_or(std::max(estimate, s.rounding));
+    const double rows = static_cast<double>(n.rows), spare_rows = rows - out.rank;
+    const double estimate = spare_rows > 0 ? std::sqrt(n.squares / spare_rows) : INF;
+    out.sigma = options.sigma.value_or(std::max(estimate, s.rounding));
+    const double sigma_sq = std::isfinite(out.sigma) ? out.sigma * out.sigma : 0.0;
 
-    // A rotation that noise leaves uncertain by more than half a radian is not determined either.
-    const auto deviation = [&](int i) { return values(i) > 0 ? out.sigma / std::sqrt(values(i)) : INF; };
+    // Nor is a rotation determined that noise leaves too uncertain.
+    const Eigen::SelfAdjointEigenSolver<Matrix6> eigen(
+        without_noise(n.H, spare_rows > 0 && rows > 6 ? n.squares * rows / spare_rows : 0.0, s));
+    const auto deviation = [&](const Vector6& u)
+    {
+        const double information = u.dot(n.H * u);
+        return information > 0 ? out.sigma / std::sqrt(information) : INF;
+    };
     const auto is_free = [&](int i)
     {
-        const double omega = eigen.eigenvectors().col(i).tail<3>().norm() / s.L;
-        return !determined(i) ||
-               (omega > 1e-3 / s.L && std::isfinite(out.sigma) && deviation(i) * omega > 0.5);
-    };
-    Eigen::Matrix<double, 6, Eigen::Dynamic> free(6, 0);
-    Matrix6 twist_covariance = Matrix6::Zero();
-    out.rank = 0;
-    for (int i = 0; i < 6; i++)
-    {
         const Vector6 u = eigen.eigenvectors().col(i);
-        if (is_free(i))
-            free.conservativeResize(Eigen::NoChange, free.cols() + 1), free.rightCols<1>() = u;
-        else
-            out.rank++,
-                twist_covariance +=
-                u * u.transpose() * (std::isfinite(out.sigma) ? out.sigma * out.sigma / values(i) : 0.0);
-    }
-    const auto basis = readable_motions(free);
-    for (const auto& direction : basis)
-    {
-        const double information = direction.dot(n.H * direction);
-        out.free.push_back(as_twist(
-            direction,
-            information > relative_limit(direction, s) * values(5) ? out.sigma / std::sqrt(information) : INF,
-            s));
-    }
-
-    const Matrix6 M = twist_from_coordinates(pose, s);
-    const Matrix6 coordinates_from_twist = coordinates_from_twist_at(pose, s);
-    const bool angles_singular = std::abs(std::cos(pose.pitch())) < 1e-6;
-    Matrix6 covariance = coordinates_from_twist * twist_covariance * coordinates_from_twist.transpose();
-    covariance =
-        (0.5 * (covariance + covariance.transpose())).eval();  // rounding aside it is symmetric: exactly so
-    set_infinite(covariance, coordinates_from_twist, basis);
+        const double omega = u.tail<3>().norm() / s.L;
+        return !exceeds(eigen.eigenvalues()(i), u) || (omega > 1e-3 / s.L && std::isfinite(out.sigma) &&
+                                                       deviation(u) * omega > options.largest_deviation);
+    };
+    Eigen::Matrix<double, 6, Eigen::Dynamic> free(6, 0), determined(6, 0);
     for (int i = 0; i < 6; i++)
-        if (!std::isfinite(out.sigma) || (angles_singular && (i == 3 || i == 5)))
-            covariance.row(i).setZero(), covariance.col(i).setZero(), covariance(i, i) = INF;
-    set(out.covariance, covariance);
-    set(out.information, std::isfinite(out.sigma) && out.sigma > 0
-                             ? Matrix6(M.transpose() * n.H * M / (out.sigma * out.sigma))
-                             : Matrix6(Matrix6::Zero()));
+    {
+        auto& columns = is_free(i) ? free : determined;
+        columns.conservativeResize(Eigen::NoChange, columns.cols() + 1);
+        columns.rightCols<1>() = eigen.eigenvectors().col(i);
+    }
+    out.rank = static_cast<int>(determined.cols());
+    Matrix6 twist_covariance = Matrix6::Zero();
+    if (out.rank > 0)
+        twist_covariance =
+            sigma_sq * determined *
+            (determined.transpose() * n.H * determined).ldlt().solve(Eigen::MatrixXd(determined.transpose()));
+    const auto basis = readable_motions(free);
+    for (const auto& u : basis)
+    {
+        const double certain = u.dot(eigen.eigenvectors() * eigen.eigenvalues().asDiagonal() *
+                                     eigen.eigenvectors().transpose() * u);
+        out.free.push_back(as_twist(u, exceeds(certain, u) ? deviation(u) : INF, s));
+    }
+    set_matrices(pose, s, n.H, twist_covariance, basis, out);
     return out;
 }
 
-mrpt::math::CMatrixDouble66 covariance(const Pairings& pairings, const mrpt::poses::CPose3D& pose)
+Observability observability(const Pairings& pairings, const mrpt::poses::CPose3D& pose,
+                            const ObservabilityParameters& parameters)
 {
-    return observability(pairings, pose).covariance;
+    PreparedPairings in(pairings, parameters.pair_weights);
+    in.drop_unusable();
+    AnalysisOptions options;
+    options.sigma = parameters.sigma, options.coordinate_rounding = parameters.coordinate_rounding;
+    options.largest_deviation = parameters.largest_deviation;
+    return analyse(in, pose, options);
+}
+
+mrpt::math::CMatrixDouble66 covariance(const Pairings& pairings, const mrpt::poses::CPose3D& pose,
+                                       const ObservabilityParameters& parameters)
+{
+    return observability(pairings, pose, parameters).covariance;
 }
 
 }  // namespace mp2p_icp

@@ -1,12 +1,14 @@
 #include <mp2p_icp/optimal_tf_gauss_newton.h>
-#include <mp2p_icp/optimal_tf_horn.h>
 #include <mp2p_icp/se3.h>
 
 #include <cmath>
 #include <iostream>
 #include <stdexcept>
 
+#include "closed_form.h"
 #include "gauss_newton_problem.h"
+#include "nearest_to_guess.h"
+#include "pairing_sums.h"
 
 namespace mp2p_icp
 {
@@ -16,30 +18,18 @@ using mrpt::poses::CPose3D;
 
 /// Damping, relative to H: where it begins, below which it is dropped, and where it gives up.
 constexpr double FIRST_DAMPING = 1e-3, LEAST_DAMPING = 1e-6, MOST_DAMPING = 1e12;
-/// A cost higher by no more than this part is equal: sums of squares round at some 1e-14.
-constexpr double EQUAL_COST = 1e-13;
+/// Costs are equal if they differ by no more than the rounding of a sum of squares, and of residuals: some
+/// 1e-15 of the size of the scene each, relative to their own size.
+constexpr double EQUAL_COST = 1e-13, RESIDUAL_ROUNDING = 1e-14;
 
-/// The closed form on the points; false if they are of no use for it.
-bool start_from_points(const WeightedPairings& in, const CPose3D& guess, CPose3D& start)
-{
-    Pairings points;
-    points.paired_pt2pt = in.pairings.paired_pt2pt;
-    for (size_t i = 0; i < points.paired_pt2pt.size(); i++)
-        points.point_weights.emplace_back(1, in.weights[i]);
-    OptimalTF_Result closed_form;
-    if (!optimal_tf_horn(points, {}, closed_form, guess)) return false;
-    start = closed_form.optimalPose;
-    return true;
-}
-
-CPose3D start_of(const WeightedPairings& in, const OptimalTF_GN_Parameters& p)
+CPose3D start_of(PreparedPairings& in, const OptimalTF_GN_Parameters& p)
 {
     CPose3D start = p.linearizationPoint.value_or(p.prior ? p.prior->mean : CPose3D());
     if (!is_finite(start))
         throw std::invalid_argument(
             "optimal_tf_gauss_newton: the start (linearizationPoint or prior.mean) "
             "must be finite");
-    if (!p.linearizationPoint) start_from_points(in, start, start);
+    if (!p.linearizationPoint) solve_globally(in, start, start);
     return start;
 }
 
@@ -54,12 +44,12 @@ class Descent
 {
  public:
     Descent(const GaussNewtonProblem& problem, const OptimalTF_GN_Parameters& p, double L,
-            const CentredPose& start)
+            const OriginPose& start)
         : problem_(problem), p_(p), L_(L), pose_(start), at_(problem.linearise(start))
     {
     }
 
-    const CentredPose& pose() const { return pose_; }
+    const OriginPose& pose() const { return pose_; }
     const Linearised& at() const { return at_; }
 
     void run(GaussNewtonReport& report)
@@ -88,9 +78,9 @@ class Descent
         {
             const Vector6 scaled = least_squares_step(at_, damping_);
             step_norm_ = std::hypot(scaled.head<3>().norm(), scaled.tail<3>().norm() / L_);
-            const CentredPose next = problem_.moved(pose_, scaled);
+            const OriginPose next = problem_.moved(pose_, scaled);
             const Linearised there = problem_.linearise(next);
-            if (there.cost <= at_.cost * (1 + EQUAL_COST))
+            if (there.cost <= at_.cost * (1 + EQUAL_COST) + residual_rounding(next))
             {
                 pose_ = next, at_ = there;
                 damping_ = damping_ > LEAST_DAMPING ? 0.1 * damping_ : 0.0;
@@ -101,10 +91,17 @@ class Descent
         return false;
     }
 
+    /// What rounding of the residuals makes of the cost.
+    double residual_rounding(const OriginPose& pose) const
+    {
+        const double rounding = RESIDUAL_ROUNDING * (L_ + pose.c.norm());
+        return rounding * std::sqrt(at_.cost * at_.H.topLeftCorner<3, 3>().trace());
+    }
+
     const GaussNewtonProblem& problem_;
     const OptimalTF_GN_Parameters& p_;
     const double L_;
-    CentredPose pose_;
+    OriginPose pose_;
     Linearised at_;
     double damping_ = 0, step_norm_ = 0;
 };
@@ -127,25 +124,58 @@ std::string to_string(GaussNewtonEnd end)
     }
 }
 
-bool optimal_tf_gauss_newton(const Pairings& in, OptimalTF_Result& result,
+CPose3D descend(const PreparedPairings& in, const OptimalTF_GN_Parameters& parameters, const CPose3D& start,
+                GaussNewtonReport& report)
+{
+    const GaussNewtonProblem problem(in, parameters);
+    const CentredPairings& about = problem.centred();
+    Descent descent(problem, parameters, about.L, relative_to(about.global_mean, about.local_mean, start));
+    const Linearised& at = descent.at();
+    report.end = GaussNewtonEnd::NoUsablePairing;
+    if (!std::isfinite(at.cost) || !at.H.allFinite() || rank_of(at.H) == 0) return start;
+    descent.run(report);
+    report.rank = rank_of(at.H), report.cost = at.cost;
+    return absolute(about.global_mean, about.local_mean, descent.pose());
+}
+
+namespace
+{
+/// The pairings with what the kernel leaves of their weights at a pose.
+PreparedPairings left_by_kernel(const PreparedPairings& in, const OptimalTF_GN_Parameters& p,
+                                const CPose3D& pose)
+{
+    if (p.kernel == RobustKernel::None) return in;
+    std::vector<double> factors = squared_residuals(in, pose);
+    for (double& f : factors) f = robust_weight(p.kernel, f, p.kernelParam);
+    return in.with_factors(factors);
+}
+}  // namespace
+
+bool optimal_tf_gauss_newton(const Pairings& pairings, OptimalTF_Result& result,
                              const OptimalTF_GN_Parameters& parameters, GaussNewtonReport* report)
+{
+    PreparedPairings in(pairings, parameters.pairWeights);
+    return gauss_newton(in, parameters, result, report);
+}
+
+bool gauss_newton(PreparedPairings& in, const OptimalTF_GN_Parameters& parameters, OptimalTF_Result& result,
+                  GaussNewtonReport* report)
 {
     GaussNewtonReport own;
     GaussNewtonReport& out = report ? *report : own;
-    out = {};
-    const WeightedPairings weighted(in, parameters.pairWeights);
-    const GaussNewtonProblem problem(weighted, parameters);
-    out.skipped = weighted.skipped;
-    const CPose3D start = start_of(weighted, parameters);
-    if (!(weighted.weight_sum > 0)) return false;
-    Descent descent(problem, parameters, weighted.L, centred(start, weighted));
-    const Linearised& at = descent.at();
-    if (!std::isfinite(at.cost) || !at.H.allFinite() || rank_of(at.H) == 0) return false;
-    descent.run(out);
-    out.rank = rank_of(at.H), out.cost = at.cost;
-    result.optimalPose = uncentred(descent.pose(), weighted);
-    result.optimalScale = 1.0;
-    result.outliers = {};
+    out = {}, result.status = SolveStatus::NoPairings, result.rank = 0, result.free.clear();
+    if (parameters.kernel != RobustKernel::None && !(parameters.kernelParam > 0))
+        throw std::invalid_argument("optimal_tf_gauss_newton: kernelParam must be positive");
+    const bool usable = pairing_sums(in).weight(in) > 0;  // also drops what is not finite
+    out.skipped = result.skipped = in.skipped();
+    const CPose3D start = start_of(in, parameters);
+    if (!usable) return false;
+    CPose3D pose = descend(in, parameters, start, out);
+    if (out.end == GaussNewtonEnd::NoUsablePairing) return false;
+    const PreparedPairings left = left_by_kernel(in, parameters, pose);
+    if (out.rank < 6 && !parameters.prior) pose = nearest_to_guess(left, pose, start);
+    result.optimalPose = pose, result.optimalScale = 1.0, result.outliers = {};
+    describe_pose(left, parameters.sigma, result);
     return true;
 }
 

@@ -27,18 +27,18 @@ Eigen::Matrix3d across(const Eigen::Vector3d& u)
 
 ResidualTerm on_line(const mrpt::math::TLine3D& global, const mrpt::math::TPoint3D& local)
 {
-    return {across(direction_of(global)), to_eigen(local), to_eigen(global.pBase)};
+    return {across(direction_of(global)), to_eigen(local), to_eigen(global.pBase), 2};
 }
 ResidualTerm on_plane(const plane_patch_t& global, const mrpt::math::TPoint3D& local)
 {
     const Eigen::Vector3d n = normal_of(global);
-    return {n * n.transpose(), to_eigen(local), to_eigen(global.centroid)};
+    return {n * n.transpose(), to_eigen(local), to_eigen(global.centroid), 1};
 }
 }  // namespace
 
 ResidualTerm position_term(const mrpt::tfest::TMatchingPair_d& p)
 {
-    return {Eigen::Matrix3d::Identity(), to_eigen(p.local), to_eigen(p.global)};
+    return {Eigen::Matrix3d::Identity(), to_eigen(p.local), to_eigen(p.global), 3};
 }
 ResidualTerm position_term(const point_line_pair_t& p)
 {
@@ -57,27 +57,52 @@ ResidualTerm position_term(const matched_plane_t& p)
     return on_plane(p.p_global, p.p_local.centroid);
 }
 
-ResidualTerm direction_term(const matched_line_t& p)
+DirectionPair directions_of(const matched_line_t& p)
 {
-    return {across(direction_of(p.ln_global)), direction_of(p.ln_local), Eigen::Vector3d::Zero()};
+    return {direction_of(p.ln_local), direction_of(p.ln_global)};
 }
-ResidualTerm direction_term(const matched_plane_t& p)
+DirectionPair directions_of(const matched_plane_t& p)
 {
-    return {Eigen::Matrix3d::Identity(), normal_of(p.p_local), normal_of(p.p_global)};
+    return {normal_of(p.p_local), normal_of(p.p_global)};
 }
 
-PairingTerms terms_of(const Pairings& in, size_t i)
+ResidualTerm direction_term(const DirectionPair& u, DirectionSign sign)
 {
-    if (i < in.paired_pt2pt.size()) return {position_term(in.paired_pt2pt[i]), {}};
-    i -= in.paired_pt2pt.size();
-    if (i < in.paired_pt2ln.size()) return {position_term(in.paired_pt2ln[i]), {}};
-    i -= in.paired_pt2ln.size();
-    if (i < in.paired_pt2pl.size()) return {position_term(in.paired_pt2pl[i]), {}};
-    i -= in.paired_pt2pl.size();
-    if (i < in.paired_ln2ln.size())
-        return {position_term(in.paired_ln2ln[i]), direction_term(in.paired_ln2ln[i])};
-    i -= in.paired_ln2ln.size();
-    return {position_term(in.paired_pl2pl[i]), direction_term(in.paired_pl2pl[i])};
+    // |u_g - R u_l|^2 has 3 rows, of which two are independent to first order.
+    if (sign == DirectionSign::Oriented) return {Eigen::Matrix3d::Identity(), u.local, u.global, 2};
+    return {across(u.global), u.local, Eigen::Vector3d::Zero(), 2};
+}
+
+PairingId pairing_id(const Pairings& in, size_t i)
+{
+    const size_t counts[] = {in.paired_pt2pt.size(), in.paired_pt2ln.size(), in.paired_pt2pl.size(),
+                             in.paired_ln2ln.size()};
+    uint8_t kind = 0;
+    while (kind < 4 && i >= counts[kind]) i -= counts[kind++];
+    return {static_cast<PairingKind>(kind), i};
+}
+
+PairingTerms terms_of(const Pairings& in, const PairingId& id, const PairWeights& kinds)
+{
+    switch (id.kind)
+    {
+        case PairingKind::Point2Point:
+            return {position_term(in.paired_pt2pt[id.index]), {}};
+        case PairingKind::Point2Line:
+            return {position_term(in.paired_pt2ln[id.index]), {}};
+        case PairingKind::Point2Plane:
+            return {position_term(in.paired_pt2pl[id.index]), {}};
+        case PairingKind::Line2Line:
+        {
+            const auto& p = in.paired_ln2ln[id.index];
+            return {position_term(p), direction_term(directions_of(p), kinds.ln2ln_sign)};
+        }
+        default:
+        {
+            const auto& p = in.paired_pl2pl[id.index];
+            return {position_term(p), direction_term(directions_of(p), kinds.pl2pl_sign)};
+        }
+    }
 }
 
 }  // namespace mp2p_icp

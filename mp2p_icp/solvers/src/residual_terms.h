@@ -1,6 +1,7 @@
 #pragma once
 
 #include <mp2p_icp/Pairings.h>
+#include <mp2p_icp/WeightParameters.h>
 
 #include <Eigen/Dense>
 #include <optional>
@@ -15,6 +16,7 @@ struct ResidualTerm
 {
     Eigen::Matrix3d C = Eigen::Matrix3d::Identity();
     Eigen::Vector3d b = Eigen::Vector3d::Zero(), q = Eigen::Vector3d::Zero();
+    int rows = 3;  ///< rank of C
 
     bool finite() const { return C.allFinite() && b.allFinite() && q.allFinite(); }
 };
@@ -25,10 +27,16 @@ ResidualTerm position_term(const point_plane_pair_t& p);
 ResidualTerm position_term(const matched_line_t& p);   ///< local base point on global line
 ResidualTerm position_term(const matched_plane_t& p);  ///< local centroid on global plane
 
-/// Across the global line: of the same norm for both signs of the local direction.
-ResidualTerm direction_term(const matched_line_t& p);
-/// Difference of oriented normals.
-ResidualTerm direction_term(const matched_plane_t& p);
+/// Of a line or plane: the unit direction or normal, as seen from either side. NaN for a zero vector.
+struct DirectionPair
+{
+    Eigen::Vector3d local, global;
+};
+DirectionPair directions_of(const matched_line_t& p);
+DirectionPair directions_of(const matched_plane_t& p);
+
+/// Oriented: the difference R u_l - u_g. Free: its part across u_g, of the same norm for both signs of u_l.
+ResidualTerm direction_term(const DirectionPair& u, DirectionSign sign);
 
 /// All that one pairing says.
 struct PairingTerms
@@ -39,8 +47,23 @@ struct PairingTerms
     bool finite() const { return position.finite() && (!direction || direction->finite()); }
 };
 
-/// Of the i-th of `in.size()` pairings: points, point-line, point-plane, lines, planes, in their lists'
-/// order.
-PairingTerms terms_of(const Pairings& in, size_t i);
+enum class PairingKind : uint8_t
+{
+    Point2Point,
+    Point2Line,
+    Point2Plane,
+    Line2Line,
+    Plane2Plane
+};
+/// A pairing's list and its place in it.
+struct PairingId
+{
+    PairingKind kind;
+    size_t index;
+};
+/// The i-th of `in.size()` pairings, in the order of PairingKind.
+PairingId pairing_id(const Pairings& in, size_t i);
+
+PairingTerms terms_of(const Pairings& in, const PairingId& id, const PairWeights& kinds);
 
 }  // namespace mp2p_icp

@@ -23,6 +23,7 @@ void parallel_for_blocks(size_t count, const std::function<void(size_t first, si
 template <class Sum, class Part>
 Sum block_sum(size_t count, const Part& part)
 {
+    if (count <= BLOCK_SIZE) return count > 0 ? part(size_t(0), count) : Sum{};
     std::vector<Sum> sums((count + BLOCK_SIZE - 1) / BLOCK_SIZE);
     parallel_for_blocks(count,
                         [&](size_t first, size_t last) { sums[first / BLOCK_SIZE] = part(first, last); });

@@ -5,10 +5,10 @@
 
 namespace mp2p_icp
 {
-/** optimal_tf_horn() as a step of a pipeline. With a prior, the closed form starts a few Gauss-Newton steps
- * on the points' cost plus the prior's: (pose - mean)' Lambda (pose - mean), in the prior's coordinates (x y
- * z yaw pitch roll). A pairing weight of 1 then stands for 1/m^2, that is, for a standard deviation of 1 m
- * per axis.
+/** optimal_tf_horn() as a step of a pipeline, at the current estimate. With a prior, the closed form starts a
+ * few Gauss-Newton steps on the cost of all pairings plus the prior's: (pose - mean)' Lambda (pose - mean),
+ * in the prior's coordinates (x y z yaw pitch roll). A pairing weight of 1 then stands for 1/m^2, that is,
+ * for a standard deviation of 1 m per axis.
  */
 class Solver_Horn : public Solver
 {

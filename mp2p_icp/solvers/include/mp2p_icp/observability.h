@@ -1,36 +1,16 @@
 #pragma once
 
+#include <mp2p_icp/FreeTwist.h>
 #include <mp2p_icp/Pairings.h>
+#include <mp2p_icp/WeightParameters.h>
 #include <mrpt/math/CMatrixFixed.h>
 #include <mrpt/poses/CPose3D.h>
 
 #include <optional>
-#include <string>
 #include <vector>
 
 namespace mp2p_icp
 {
-/// A motion that the pairings do not determine: along it, their residuals do not change.
-struct FreeTwist
-{
-    enum class Kind : uint8_t
-    {
-        Translation,
-        Rotation,
-        Screw
-    };
-    Kind kind = Kind::Translation;
-    mrpt::math::TVector3D axis;  ///< unit vector, global frame
-    mrpt::math::TPoint3D
-        through;  ///< a point of the rotation or screw axis, global frame, m; zero for a translation
-    double sigma =
-        0;  ///< predicted standard deviation along it: m for a translation, rad otherwise; may be infinite
-    std::string name;  ///< `x y z` (translation) or `roll pitch yaw` (rotation) when within 5 degrees of that
-                       ///< axis; else empty
-};
-/// `translation`, `rotation` or `screw`.
-std::string to_string(FreeTwist::Kind kind);
-
 /// What pairings say on the pose at which they were made.
 struct Observability
 {
@@ -46,27 +26,45 @@ struct Observability
      * variance, and zeros beside it.
      */
     mrpt::math::CMatrixDouble66 covariance;
+    /** The same on the tangent of SE(3) at the pose, which has no singular angles: order x y z and the
+     * rotation vector (wx wy wz), in the global frame; a pose T' near T is R' = exp([w]x) R, t' = t + (x y
+     * z).
+     */
+    mrpt::math::CMatrixDouble66 covariance_twist;
 };
 
-/** First-order analysis of all five kinds of pairings at `pose`: the information matrix J' J / sigma^2 of
- * their residuals (METHOD: a point on a point has 3 rows, on a line 2, on a plane 1; directions of lines and
- * planes weigh L^2 per rad^2, L the rms distance of the local points from their mean, 1 m with fewer than two
- * distinct ones; point pairings count with their weights).
+/// How observability() counts.
+struct ObservabilityParameters
+{
+    /** Standard deviation of a residual coordinate of weight 1, m. Empty: estimated from the residuals,
+     * sqrt(SS / (rows - rank)), and at least the rounding of coordinates; infinite when there are no more
+     * rows than unknowns. With weights that are inverse variances it is 1.
+     */
+    std::optional<double> sigma;
+    /// Standard deviation of the rounding of coordinates, m. Empty: that of float at the largest coordinate.
+    std::optional<double> coordinate_rounding;
+    PairWeights pair_weights;
+    /// Motions that rotate are free if their predicted deviation is above this, rad.
+    double largest_deviation = 0.5;
+};
+
+/** First-order analysis of all five kinds of pairings at `pose`: the information matrix J' W J / sigma^2 of
+ * their residuals (a point on a point has 3 rows, on a line 2, on a plane 1; a line or plane also 2 of
+ * direction), W being the weights of the kinds times those of the pairings, and its inverse, which is the
+ * Cramer-Rao bound when the weights are inverse variances.
  *
- * A motion is free when, in units where a rotation of 1 rad counts as L metres, its information is below
- * 1e-10 of the largest (or below what rounding of float coordinates produces), or when its predicted
- * deviation exceeds 0.5 rad.
+ * A motion is free when, in units where a rotation of 1 rad counts as the rms distance of the positions from
+ * their mean, its information is below 1e-10 of the largest (or below what the rounding of coordinates
+ * produces), or when its predicted deviation exceeds largest_deviation.
  *
- * \param sigma Standard deviation of a residual coordinate, m. Empty: estimated from the residuals, sqrt(SS /
- * (rows - rank)), and at least the rounding of float coordinates; infinite when there are no more rows than
- * unknowns. \param coordinate_rounding Standard deviation of the rounding of coordinates, m. Empty: that of
- * float at the largest coordinate. Pairings with non-finite numbers are left out. O(N).
+ * Pairings with non-finite numbers are left out. \exception std::invalid_argument for negative weights. O(N);
+ * the same bits on any number of threads.
  */
 Observability observability(const Pairings& pairings, const mrpt::poses::CPose3D& pose,
-                            const std::optional<double>& sigma = std::nullopt,
-                            const std::optional<double>& coordinate_rounding = std::nullopt);
+                            const ObservabilityParameters& parameters = {});
 
 /// observability().covariance: the covariance (x y z yaw pitch roll; m, rad) of the pose given its pairings.
-mrpt::math::CMatrixDouble66 covariance(const Pairings& pairings, const mrpt::poses::CPose3D& pose);
+mrpt::math::CMatrixDouble66 covariance(const Pairings& pairings, const mrpt::poses::CPose3D& pose,
+                                       const ObservabilityParameters& parameters = {});
 
 }  // namespace mp2p_icp

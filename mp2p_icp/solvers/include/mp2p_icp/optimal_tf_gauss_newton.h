@@ -12,8 +12,8 @@ namespace mp2p_icp
 {
 struct OptimalTF_GN_Parameters
 {
-    /// Where to start. Empty: the closed form on the point pairings, if there are any (its free motions from
-    /// the prior's mean or the identity); else the prior's mean; else the identity.
+    /// Where to start. Empty: the pose of least squares over all rotations (Horn's for points alone, a search
+    /// on sums otherwise; free motions from the prior's mean or the identity).
     std::optional<mrpt::poses::CPose3D> linearizationPoint;
 
     /// Adds e' Lambda e to the cost, e = coordinates(pose) - coordinates(mean), in the prior's coordinates
@@ -29,6 +29,10 @@ struct OptimalTF_GN_Parameters
 
     RobustKernel kernel = RobustKernel::None;
     double kernelParam = 1.0;  ///< scale of the kernel, m
+
+    /// Standard deviation of a residual of weight 1, m; only for the predicted deviations of free motions.
+    /// Empty: from the residuals.
+    std::optional<double> sigma;
 
     bool verbose = false;  ///< one line per step to the console
 };
@@ -60,20 +64,21 @@ struct GaussNewtonReport
  *
  *  - point-point `R p + t - q`; point-line and point-plane: the part of that across the line or along the
  *    normal;
- *  - line-line: the local base point against the global line, and L sin(angle), of no sign;
- *  - plane-plane: the local centroid against the global plane, and `L (R n_l - n_g)` of oriented normals.
+ *  - line-line: the local base point against the global line, and the direction, as PairWeights says: of no
+ *    sign by default, sin(angle);
+ *  - plane-plane: the local centroid against the global plane, and the normal, oriented by default:
+ *    `R n_l - n_g`.
  *
- * L, the weighted rms distance of the local points, base points and centroids from their mean, turns rad into
- * m (1 m if they coincide or there is only one). w_i is the kind's weight times, for points, the pairing's.
- * rho is the kernel's loss; it sees the whole residual of a pairing, both parts of lines and planes.
+ * w_i are the weights of PairWeights times the pairings' own. rho is the kernel's loss; it sees the whole
+ * residual of a pairing in m, both parts of lines and planes (the direction times the root of the ratio of
+ * the weights: times L by default).
  *
- * Gauss-Newton steps (v, omega) on SE(3) about the local points' mean, reweighted by the kernel, with
+ * Gauss-Newton steps (v, omega) on SE(3) about the local positions' mean, reweighted by the kernel, with
  * Levenberg damping where a step would raise the cost. Motions whose information is below 1e-10 of the
  * largest, in units where a rotation of 1 rad counts as L metres, are free: no step goes along them unless
- * the prior asks for it, so the start is kept. It finds the minimum whose basin the start is in, not always
- * the best one.
+ * the prior asks for it, so the start is kept. It finds the minimum whose basin the start is in.
  *
- * \return false (result unchanged, reason in `report`) if there is no usable pairing. \exception
+ * \return false (pose unchanged, reason in `report`) if there is no usable pairing. \exception
  * std::invalid_argument for a negative weight, a start that is not finite, and a scale of a kernel that is
  * not positive. The same bits on any number of threads. Cost: O(N) per step.
  */

@@ -1,0 +1,31 @@
+#pragma once
+
+#include <mrpt/math/TPoint3D.h>
+
+#include <cstdint>
+#include <string>
+
+namespace mp2p_icp
+{
+/// A motion that the pairings do not determine: along it, their residuals do not change.
+struct FreeTwist
+{
+    enum class Kind : uint8_t
+    {
+        Translation,
+        Rotation,
+        Screw
+    };
+    Kind kind = Kind::Translation;
+    mrpt::math::TVector3D axis;  ///< unit vector, global frame
+    mrpt::math::TPoint3D
+        through;  ///< a point of the rotation or screw axis, global frame, m; zero for a translation
+    double sigma =
+        0;  ///< predicted standard deviation along it: m for a translation, rad otherwise; may be infinite
+    std::string name;  ///< `x y z` (translation) or `roll pitch yaw` (rotation) when within 5 degrees of that
+                       ///< axis; else empty
+};
+/// `translation`, `rotation` or `screw`.
+std::string to_string(FreeTwist::Kind kind);
+
+}  // namespace mp2p_icp

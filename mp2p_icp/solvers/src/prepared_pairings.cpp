@@ -1,0 +1,145 @@
+#include "prepared_pairings.h"
+
+#include <cmath>
+#include <stdexcept>
+#include <string>
+
+namespace mp2p_icp
+{
+namespace
+{
+constexpr size_t KINDS = 5;
+/// Coordinates beyond this might overflow in the sums; no map is that large.
+constexpr double LARGEST_COORDINATE = 1e30;
+
+void check(double weight)
+{
+    if (!(weight >= 0) || weight > std::numeric_limits<double>::max())
+        throw std::invalid_argument("weights of pairings must be finite and not negative, got " +
+                                    std::to_string(weight));
+}
+
+/// `directions`: do pairings have directions, on whose own common weight theirs counts, too?
+ListWeights list_weights(double common, const WeightRuns& runs, size_t count, bool directions = false)
+{
+    check(common);
+    ListWeights out;
+    out.common = common;
+    if (!directions && runs.size() == 1 && runs[0].first >= count)
+        out.common *= runs[0].second, check(out.common);
+    else if (!runs.empty())
+        out.each = expanded_weights(runs, count);
+    for (const double w : out.each) check(w * common);
+    return out;
+}
+
+bool usable(const ResidualTerm& t)
+{
+    return t.finite() && t.b.cwiseAbs().maxCoeff() < LARGEST_COORDINATE &&
+           t.q.cwiseAbs().maxCoeff() < LARGEST_COORDINATE;
+}
+
+template <class List>
+void copy_one(const List& from, size_t index, List& to)
+{
+    static_cast<std::vector<typename List::value_type>&>(to).push_back(from[index]);
+}
+
+void copy_one(const Pairings& from, const PairingId& id, Pairings& to)
+{
+    switch (id.kind)
+    {
+        case PairingKind::Point2Point:
+            return copy_one(from.paired_pt2pt, id.index, to.paired_pt2pt);
+        case PairingKind::Point2Line:
+            return copy_one(from.paired_pt2ln, id.index, to.paired_pt2ln);
+        case PairingKind::Point2Plane:
+            return copy_one(from.paired_pt2pl, id.index, to.paired_pt2pl);
+        case PairingKind::Line2Line:
+            return copy_one(from.paired_ln2ln, id.index, to.paired_ln2ln);
+        default:
+            return copy_one(from.paired_pl2pl, id.index, to.paired_pl2pl);
+    }
+}
+}  // namespace
+
+PreparedPairings::PreparedPairings(const Pairings& in, const PairWeights& kinds)
+    : in_(&in),
+      kinds_(&kinds),
+      weights_{list_weights(kinds.pt2pt, in.point_weights, in.paired_pt2pt.size()),
+               list_weights(kinds.pt2ln, in.pt2ln_weights, in.paired_pt2ln.size()),
+               list_weights(kinds.pt2pl, in.pt2pl_weights, in.paired_pt2pl.size()),
+               list_weights(kinds.ln2ln, in.ln2ln_weights, in.paired_ln2ln.size(), true),
+               list_weights(kinds.pl2pl, in.pl2pl_weights, in.paired_pl2pl.size(), true)}
+{
+    check(kinds.ln2ln_direction.value_or(0)), check(kinds.pl2pl_direction.value_or(0));
+}
+
+double PreparedPairings::direction_weight(PairingKind kind, double L) const
+{
+    const auto& given = kind == PairingKind::Line2Line ? kinds_->ln2ln_direction : kinds_->pl2pl_direction;
+    return given ? *given : weights(kind).common * L * L;
+}
+
+double PreparedPairings::direction_weight(const PairingId& id, double L) const
+{
+    const auto& each = weights(id.kind).each;
+    return direction_weight(id.kind, L) * (each.empty() ? 1.0 : each[id.index]);
+}
+
+void PreparedPairings::scale_weight(const PairingId& id, double factor)
+{
+    auto& each = weights_[static_cast<size_t>(id.kind)].each;
+    if (each.empty())
+    {
+        const Pairings& p = pairings();
+        const size_t counts[] = {p.paired_pt2pt.size(), p.paired_pt2ln.size(), p.paired_pt2pl.size(),
+                                 p.paired_ln2ln.size(), p.paired_pl2pl.size()};
+        each.assign(counts[static_cast<size_t>(id.kind)], 1.0);
+    }
+    each[id.index] *= factor;
+}
+
+PreparedPairings PreparedPairings::with_factors(const std::vector<double>& factors) const
+{
+    PreparedPairings out = *this;
+    for (size_t i = 0; i < factors.size(); i++) out.scale_weight(pairing_id(pairings(), i), factors[i]);
+    return out;
+}
+
+bool PreparedPairings::drop_unusable()
+{
+    auto clean = std::make_shared<Pairings>();
+    std::array<std::vector<size_t>, KINDS> index;
+    std::array<ListWeights, KINDS> weights;
+    bool any = false;
+    for (size_t k = 0; k < KINDS; k++) weights[k].common = weights_[k].common;
+    for (size_t i = 0; i < size(); i++)
+    {
+        const PairingId id = pairing_id(pairings(), i);
+        const auto k = static_cast<size_t>(id.kind);
+        const PairingTerms t = terms(id);
+        if (!usable(t.position) || (t.direction && !usable(*t.direction)))
+        {
+            skipped_ += in_use(id) ? 1 : 0;
+            any = true;
+            continue;
+        }
+        copy_one(pairings(), id, *clean);
+        index[k].push_back(clean_ ? original_index_[k][id.index] : id.index);
+        if (!weights_[k].each.empty()) weights[k].each.push_back(weights_[k].each[id.index]);
+    }
+    if (!any) return false;
+    clean_ = clean, original_index_ = index, weights_ = weights;
+    return true;
+}
+
+void PreparedPairings::note_outlier(const PairingId& id, OutlierIndices& outliers) const
+{
+    std::vector<size_t>* const lists[] = {&outliers.point2point, &outliers.point2line, &outliers.point2plane,
+                                          &outliers.line2line, &outliers.plane2plane};
+    const auto k = static_cast<size_t>(id.kind);
+    lists[k]->push_back(clean_ ? original_index_[k][id.index] : id.index);
+}
+
+}  // namespace mp2p_icp

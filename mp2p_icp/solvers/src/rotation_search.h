@@ -1,0 +1,60 @@
+#pragma once
+
+#include <Eigen/Dense>
+#include <vector>
+
+#include "pose_quadratic.h"
+
+namespace mp2p_icp
+{
+/** The cost of a rotation R alone, with the best translation for each: x' Q x with x = (columns of R, 1).
+ * Olsson and Eriksson, "Solving quadratically constrained geometrical problems using Lagrangian duality",
+ * 2008.
+ */
+class RotationQuadratic
+{
+ public:
+    explicit RotationQuadratic(const PoseQuadratic& of);
+
+    struct Derivatives
+    {
+        double cost = 0;
+        Eigen::Vector3d gradient;  ///< by omega in exp([omega]x) R
+        Eigen::Matrix3d hessian;
+    };
+    double cost(const Eigen::Matrix3d& R) const;
+    Derivatives derivatives(const Eigen::Matrix3d& R) const;
+
+    /// The mean cost over all rotations, minus `cost`: what costs are compared with.
+    double scale(double cost) const { return mean_cost_ - cost; }
+    /// Does the cost depend on R at all, apart from rounding?
+    bool depends_on_rotation(double lowest_cost) const { return scale(lowest_cost) > 1e-12 * raw_cost_; }
+
+ private:
+    Eigen::Matrix<double, 10, 10> Q_;
+    double mean_cost_ = 0, raw_cost_ = 0;
+};
+
+/// A local minimum of a RotationQuadratic.
+struct RotationMinimum
+{
+    Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
+    double cost = 0;
+};
+
+/// The minimum in whose basin `start` is: Newton steps in an exact trust region.
+RotationMinimum minimise_rotation(const RotationQuadratic& q, const Eigen::Matrix3d& start);
+
+/** The lowest distinct local minima, in order: from those 24 of the 60 rotations of the icosahedron where the
+ * cost is lowest, and from `guess`. A valley is represented by the points where the descents came to its
+ * floor. A quartic on the rotations has at most 40 isolated critical points; no basin of a global minimum was
+ * ever seen that holds none of these starts, but that is a measurement and not a proof.
+ */
+std::vector<RotationMinimum> all_minima(const RotationQuadratic& q, const Eigen::Matrix3d& guess);
+
+/** Those of all_minima() that may be the lowest, for all that the sums can tell (to within 1e-9 of scale());
+ * `guess` itself if the cost does not depend on the rotation.
+ */
+std::vector<RotationMinimum> lowest_minima(const RotationQuadratic& q, const Eigen::Matrix3d& guess);
+
+}  // namespace mp2p_icp
