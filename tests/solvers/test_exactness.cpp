@@ -201,7 +201,7 @@ INSTANTIATE_TEST_SUITE_P(Mixes, ExactData, testing::ValuesIn(exact_mixes()), mix
 TEST_P(ExactData, GiveAnExactPoseWithEverySolver)
 {
     const ExactMix& mix = GetParam();
-    const size_t count = repetitions(320, 100000);
+    const size_t count = repetitions(2000, 100000);
     size_t skipped = 0;
     std::map<std::string, double> worst;
     for (size_t k = 0; k < count; k++)

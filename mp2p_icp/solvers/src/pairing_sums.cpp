@@ -47,14 +47,6 @@ void choose_origins(const PreparedPairings& in, size_t count, PairingSums& out)
     }
 }
 
-void add_direction(double factor, const DirectionPair& u, DirectionSign sign, DirectionSums& sums)
-{
-    if (sign == DirectionSign::Oriented) return sums.oriented.add(factor, u.global, u.local);
-    const Matrix3d C = direction_term(u, sign).C, uu = factor * u.local * u.local.transpose();
-    for (int j = 0; j < 3; j++)
-        for (int l = 0; l < 3; l++) sums.free.block<3, 3>(3 * j, 3 * l) += uu(j, l) * C;
-}
-
 PairingSums::Others sum_others(const PreparedPairings& in, const PairingSums& origins)
 {
     const size_t points = in.pairings().paired_pt2pt.size();
@@ -72,11 +64,11 @@ PairingSums::Others sum_others(const PreparedPairings& in, const PairingSums& or
                 const auto& each = in.weights(id.kind).each;
                 const double factor = each.empty() ? 1.0 : each[id.index];
                 if (id.kind == PairingKind::Line2Line)
-                    add_direction(factor, directions_of(in.pairings().paired_ln2ln[id.index]),
-                                  in.kinds().ln2ln_sign, s.lines);
+                    s.lines.add(factor, directions_of(in.pairings().paired_ln2ln[id.index]),
+                                in.kinds().ln2ln_sign);
                 if (id.kind == PairingKind::Plane2Plane)
-                    add_direction(factor, directions_of(in.pairings().paired_pl2pl[id.index]),
-                                  in.kinds().pl2pl_sign, s.planes);
+                    s.planes.add(factor, directions_of(in.pairings().paired_pl2pl[id.index]),
+                                 in.kinds().pl2pl_sign);
             }
             return s;
         });
@@ -117,28 +109,41 @@ PairingSums sum_once(const PreparedPairings& in)
 
 RowSums& RowSums::operator+=(const RowSums& o)
 {
-    w += o.w, bb += o.bb, b += o.b, K += o.K, k += o.k, qq += o.qq;
+    w += o.w, bb += o.bb, b += o.b, zzC += o.zzC, zCq += o.zCq, qq += o.qq;
     return *this;
 }
 
 void RowSums::add(double weight, const ResidualTerm& t)
 {
-    w += weight, bb += weight * t.b.squaredNorm(), b += weight * t.b;
-    const Vector3d Cq = t.C * t.q;
-    const Eigen::Vector4d z(t.b.x(), t.b.y(), t.b.z(), 1.0);
-    const Matrix3d wC = weight * t.C;
-    for (int j = 0; j < 4; j++)
-    {
-        for (int l = 0; l <= j; l++) K.block<3, 3>(3 * j, 3 * l) += z(j) * z(l) * wC;
-        k.segment<3>(3 * j) += weight * z(j) * Cq;
-    }
-    qq += weight * t.q.dot(Cq);
+    const double x = t.b.x(), y = t.b.y(), z = t.b.z();
+    const Vector3d wCq = weight * (t.C * t.q);
+    w += weight, bb += weight * t.b.squaredNorm(), b += weight * t.b, qq += t.q.dot(wCq);
+    Eigen::Matrix<double, 1, 10> zz;
+    zz << x * x, y * x, y * y, z * x, z * y, z * z, x, y, z, 1;
+    const Packed3 wC = weight * packed(t.C);
+    zzC.noalias() += wC * zz;
+    zCq.leftCols<3>().noalias() += wCq * t.b.transpose();
+    zCq.col(3) += wCq;
 }
 
 DirectionSums& DirectionSums::operator+=(const DirectionSums& o)
 {
     oriented += o.oriented, free += o.free;
     return *this;
+}
+
+void DirectionSums::add(double factor, const DirectionPair& u, DirectionSign sign)
+{
+    if (sign == DirectionSign::Oriented) return oriented.add(factor, u.global, u.local);
+    const Packed3 wC = factor * packed(direction_term(u, sign).C);
+    free.noalias() += wC * packed(u.local * u.local.transpose()).transpose();
+}
+
+double DirectionSums::weight() const
+{
+    double traces = 0;  // of u u' and of I - u u': 1 and 2
+    for (const int diagonal : {0, 3, 5}) traces += free(0, diagonal) + free(3, diagonal) + free(5, diagonal);
+    return oriented.w + traces / 2;
 }
 
 PairingSums::Others& PairingSums::Others::operator+=(const Others& o)
@@ -152,8 +157,8 @@ bool PairingSums::usable() const
     if (!points.usable()) return false;
     if (!others) return true;
     const auto& o = *others;
-    return o.point_rows.K.allFinite() && o.point_rows.k.allFinite() && o.base_rows.K.allFinite() &&
-           o.base_rows.k.allFinite() && o.lines.free.allFinite() && o.lines.oriented.usable() &&
+    return o.point_rows.zzC.allFinite() && o.point_rows.zCq.allFinite() && o.base_rows.zzC.allFinite() &&
+           o.base_rows.zCq.allFinite() && o.lines.free.allFinite() && o.lines.oriented.usable() &&
            o.planes.free.allFinite() && o.planes.oriented.usable();
 }
 
@@ -161,10 +166,9 @@ double PairingSums::weight(const PreparedPairings& of) const
 {
     double sum = points.w;
     if (!others) return sum;
-    const auto directions = [](const DirectionSums& s) { return s.oriented.w + s.free.trace() / 2; };
     sum += others->point_rows.w + others->base_rows.w;
-    sum += of.direction_weight(PairingKind::Line2Line, L) * directions(others->lines);
-    return sum + of.direction_weight(PairingKind::Plane2Plane, L) * directions(others->planes);
+    sum += of.direction_weight(PairingKind::Line2Line, L) * others->lines.weight();
+    return sum + of.direction_weight(PairingKind::Plane2Plane, L) * others->planes.weight();
 }
 
 PairingSums pairing_sums(PreparedPairings& in)

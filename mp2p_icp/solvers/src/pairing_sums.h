@@ -7,20 +7,30 @@
 
 namespace mp2p_icp
 {
-using Matrix12 = Eigen::Matrix<double, 12, 12>;
-using Vector12 = Eigen::Matrix<double, 12, 1>;
+/// The upper triangle of a symmetric 3x3 matrix: 00 01 02 11 12 22.
+using Packed3 = Eigen::Matrix<double, 6, 1>;
+inline Packed3 packed(const Eigen::Matrix3d& C)
+{
+    return (Packed3() << C(0, 0), C(0, 1), C(0, 2), C(1, 1), C(1, 2), C(2, 2)).finished();
+}
+template <class Column>
+Eigen::Matrix3d unpacked(const Column& c)
+{
+    return (Eigen::Matrix3d() << c(0), c(1), c(2), c(1), c(3), c(4), c(2), c(4), c(5)).finished();
+}
 
-/** Sums over position terms C (R b + c - q), b and q relative to the origins: with z = (b, 1),
- * K = sum w (z z') (x) C and k = sum w z (x) C q, so that sum w |C (R b + c - q)|^2 = X' K X - 2 k' X + qq,
- * where X = (columns of R, c).
+/** Sums over position terms C (R b + c - q), b and q relative to the origins: with z = (b, 1), those of (z
+ * z') (x) C and of z (x) C q, so that sum w |C (R b + c - q)|^2 is a quadratic in (columns of R, c); see
+ * PoseQuadratic.
  */
 struct RowSums
 {
     double w = 0, bb = 0;                         ///< sum w, sum w |b|^2
     Eigen::Vector3d b = Eigen::Vector3d::Zero();  ///< sum w b
-    Matrix12 K = Matrix12::Zero();
-    Vector12 k = Vector12::Zero();
-    double qq = 0;
+    /// A column of sum w z_j z_l C for each (j, l), l <= j: 00 10 11 20 21 22 30 31 32 33.
+    Eigen::Matrix<double, 6, 10> zzC = Eigen::Matrix<double, 6, 10>::Zero();
+    Eigen::Matrix<double, 3, 4> zCq = Eigen::Matrix<double, 3, 4>::Zero();  ///< sum w C q z'
+    double qq = 0;                                                          ///< sum w q' C q
 
     RowSums& operator+=(const RowSums& o);
     void add(double weight, const ResidualTerm& relative);
@@ -30,10 +40,13 @@ struct RowSums
 struct DirectionSums
 {
     PointSums oriented;  ///< of pairs (u_g, u_l)
-    Eigen::Matrix<double, 9, 9> free =
-        Eigen::Matrix<double, 9, 9>::Zero();  ///< sum w u_l u_l' (x) (I - u_g u_g')
+    /// Of free ones: a column of sum w u_j u_l (I - u_g u_g') for each (j, l) of the local direction, packed
+    /// as C is.
+    Eigen::Matrix<double, 6, 6> free = Eigen::Matrix<double, 6, 6>::Zero();
 
     DirectionSums& operator+=(const DirectionSums& o);
+    void add(double factor, const DirectionPair& u, DirectionSign sign);
+    double weight() const;  ///< sum of the weights
 };
 
 /// All that solvers need to know of pairings; what comes after does not depend on their number.

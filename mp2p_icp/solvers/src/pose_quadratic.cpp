@@ -24,8 +24,15 @@ void add_points(const PointSums& s, PoseQuadratic& out)
 
 void add_rows(const RowSums& s, PoseQuadratic& out)
 {
-    out.K += s.K.selfadjointView<Eigen::Lower>();
-    out.k += s.k, out.qq += s.qq;
+    for (int j = 0, column = 0; j < 4; j++)
+        for (int l = 0; l <= j; l++, column++)
+        {
+            const Matrix3d block = unpacked(s.zzC.col(column));
+            out.K.block<3, 3>(3 * j, 3 * l) += block;
+            if (l < j) out.K.block<3, 3>(3 * l, 3 * j) += block;
+        }
+    for (int j = 0; j < 4; j++) out.k.segment<3>(3 * j) += s.zCq.col(j);
+    out.qq += s.qq;
 }
 
 void add_directions(const DirectionSums& s, double weight, PoseQuadratic& out)
@@ -33,7 +40,10 @@ void add_directions(const DirectionSums& s, double weight, PoseQuadratic& out)
     PointSums oriented = s.oriented;
     oriented *= weight;
     add_points(oriented, out);
-    out.K.topLeftCorner<9, 9>() += weight * s.free;
+    static constexpr int column[3][3] = {{0, 1, 2}, {1, 3, 4}, {2, 4, 5}};
+    for (int j = 0; j < 3; j++)
+        for (int l = 0; l < 3; l++)
+            out.K.block<3, 3>(3 * j, 3 * l) += weight * unpacked(s.free.col(column[j][l]));
 }
 
 /// To new origins, at these places relative to the old ones. z -> T z, T = (I, -b; 0, 1), and q -> q - a.

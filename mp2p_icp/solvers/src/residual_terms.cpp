@@ -2,6 +2,8 @@
 
 #include <mp2p_icp/se3.h>
 
+#include <cmath>
+
 namespace mp2p_icp
 {
 namespace
@@ -9,7 +11,8 @@ namespace
 /// NaN for a vector of zero length, which has no direction.
 Eigen::Vector3d unit(const Eigen::Vector3d& v)
 {
-    return v / v.stableNorm();
+    const double square = v.squaredNorm();
+    return v / (square > 1e-200 && square < 1e200 ? std::sqrt(square) : v.stableNorm());
 }
 Eigen::Vector3d direction_of(const mrpt::math::TLine3D& line)
 {
