@@ -68,19 +68,6 @@ const std::vector<Matrix3d>& starts()
     return all;
 }
 
-/// The rotations among starts() at which the cost is lowest. (Newton's method from the best 8 missed no
-/// global minimum of 36 600 problems; more of them are for the minima that are as low.)
-std::vector<Matrix3d> lowest_starts(const RotationQuadratic& q)
-{
-    constexpr size_t WANTED = 24;
-    std::vector<std::pair<double, size_t>> order;
-    for (size_t i = 0; i < starts().size(); i++) order.emplace_back(q.cost(starts()[i]), i);
-    std::sort(order.begin(), order.end());
-    std::vector<Matrix3d> out;
-    for (size_t i = 0; i < WANTED; i++) out.push_back(starts()[order[i].second]);
-    return out;
-}
-
 /// Of a Hessian, below this part of the cost's scale: a valley, not a slope.
 constexpr double FLAT = 1e-9;
 
@@ -216,7 +203,7 @@ std::vector<RotationMinimum> all_minima(const RotationQuadratic& q, const Matrix
         found.push_back(at);
     };
     consider(guess);
-    for (const auto& start : lowest_starts(q)) consider(start);
+    for (const auto& start : starts()) consider(start);
     std::stable_sort(found.begin(), found.end(),
                      [](const auto& a, const auto& b) { return a.cost < b.cost; });
     return found;
