@@ -23,18 +23,20 @@ void Results::print(std::ostream& out) const
 
 namespace
 {
-constexpr uint8_t RESULTS_VERSION = 0;
+constexpr uint8_t RESULTS_VERSION = 1;  // 1: information_ratio of twists
 
 void put(mrpt::serialization::CArchive& out, const FreeTwist& t)
 {
     out.WriteAs<uint8_t>(static_cast<uint8_t>(t.kind));
-    out << t.axis.x << t.axis.y << t.axis.z << t.through.x << t.through.y << t.through.z << t.sigma << t.name;
+    out << t.axis.x << t.axis.y << t.axis.z << t.through.x << t.through.y << t.through.z << t.sigma << t.name
+        << t.information_ratio;
 }
-FreeTwist get_twist(mrpt::serialization::CArchive& in)
+FreeTwist get_twist(mrpt::serialization::CArchive& in, uint8_t version)
 {
     FreeTwist t;
     t.kind = static_cast<FreeTwist::Kind>(in.ReadAs<uint8_t>());
     in >> t.axis.x >> t.axis.y >> t.axis.z >> t.through.x >> t.through.y >> t.through.z >> t.sigma >> t.name;
+    if (version >= 1) in >> t.information_ratio;
     return t;
 }
 }  // namespace
@@ -56,8 +58,9 @@ void Results::serializeTo(mrpt::serialization::CArchive& out) const
 void Results::serializeFrom(mrpt::serialization::CArchive& in)
 {
     const auto version = in.ReadAs<uint8_t>();
-    if (version != RESULTS_VERSION)
-        throw DataError("ICP results", "", "version 0", "version " + std::to_string(version));
+    if (version > RESULTS_VERSION)
+        throw DataError("ICP results", "", "version 0 to " + std::to_string(RESULTS_VERSION),
+                        "version " + std::to_string(version));
     in >> optimal_tf >> information >> optimalScale;
     verdict = static_cast<Verdict>(in.ReadAs<uint8_t>());
     bool rejected = false;
@@ -65,7 +68,7 @@ void Results::serializeFrom(mrpt::serialization::CArchive& in)
     rejected_pose.reset();
     if (rejected) in >> rejected_pose.emplace();
     unobservable.clear();
-    for (auto left = in.ReadAs<uint32_t>(); left > 0; left--) unobservable.push_back(get_twist(in));
+    for (auto left = in.ReadAs<uint32_t>(); left > 0; left--) unobservable.push_back(get_twist(in, version));
     nIterations = in.ReadAs<uint64_t>();
     terminationReason = static_cast<IterTermReason>(in.ReadAs<uint8_t>());
     in >> quality >> residual_rms >> cost_at_guess >> cost_at_end >> local_points_used >> finalPairings;

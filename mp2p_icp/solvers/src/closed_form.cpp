@@ -156,28 +156,11 @@ bool coincide(const PointSums& centred, const PairingSums& sums)
     return is_point(centred.aa, sums.a_origin) || is_point(centred.bb, sums.b_origin);
 }
 
-/// Is the information positive definite with room to spare, above what noise can feign (see analyse())? Then
-/// there is no need to find its null space.
-bool clearly_determined(const PoseQuadratic& q, const OriginPose& pose)
-{
-    Matrix6 H = q.information(pose.R);
-    H.diagonal().array() -= 1e-4 * H.trace();
-    H.diagonal().tail<3>().array() -= 4 * std::max(0.0, q.cost(pose)) / (q.L * q.L);
-    return H.llt().info() == Eigen::Success;
-}
-
-void set_determined(OptimalTF_Result& result)
-{
-    result.status = SolveStatus::Determined, result.rank = 6, result.free.clear();
-}
-
 void analyse_pose(const PreparedPairings& in, const std::optional<double>& sigma, OptimalTF_Result& result)
 {
     AnalysisOptions options;
     options.sigma = sigma, options.epsilon = std::numeric_limits<double>::epsilon();
-    const Observability seen = analyse(in, result.optimalPose, options);
-    result.rank = seen.rank, result.free = seen.free;
-    result.status = seen.rank == 6 ? SolveStatus::Determined : SolveStatus::UnderConstrained;
+    set_rank(analyse(in, result.optimalPose, options), result);
 }
 
 bool solve_points(const PreparedPairings& in, const PairingSums& sums, const ClosedForm& how,
@@ -201,7 +184,7 @@ bool solve_points(const PreparedPairings& in, const PairingSums& sums, const Clo
 /// By how much the rounding of coordinates (some 1e-15 of the size of the scene) changes a sum of squares.
 double cost_rounding(const PoseQuadratic& q, double cost)
 {
-    const double weight = q.K.trace() / 3, residual = 1e-14 * (q.L + q.b_centre.norm() + q.a_centre.norm());
+    const double weight = q.K.trace() / 3, residual = 1e-14 * (q.L() + q.b_centre.norm() + q.a_centre.norm());
     return weight * residual * residual + 2 * std::sqrt(weight * cost) * residual;
 }
 
@@ -306,6 +289,25 @@ bool solve_mixed(const PreparedPairings& in, const PairingSums& sums, const Clos
     return true;
 }
 }  // namespace
+
+bool clearly_determined(const PoseQuadratic& q, const OriginPose& pose)
+{
+    Matrix6 H = q.information(pose.R);
+    H.diagonal().array() -= 1e-4 * H.trace();
+    H.diagonal().tail<3>().array() -= 4 * q.cost(pose) / (q.L() * q.L());
+    return H.llt().info() == Eigen::Success;
+}
+
+void set_determined(OptimalTF_Result& result)
+{
+    result.status = SolveStatus::Determined, result.rank = 6, result.free.clear();
+}
+
+void set_rank(const Observability& seen, OptimalTF_Result& result)
+{
+    result.rank = seen.rank, result.free = seen.free;
+    result.status = seen.rank == 6 ? SolveStatus::Determined : SolveStatus::UnderConstrained;
+}
 
 bool solve_closed_form(PreparedPairings& in, const ClosedForm& how, OptimalTF_Result& result)
 {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <mp2p_icp/OptimalTF_Result.h>
+#include <mp2p_icp/observability.h>
 
 #include <optional>
 
@@ -25,7 +26,13 @@ struct ClosedForm
  */
 bool solve_closed_form(PreparedPairings& pairings, const ClosedForm& how, OptimalTF_Result& result);
 
-/// Status, rank and free motions of the result's pose.
+/// Is the information positive definite with room to spare, above what noise can feign (see analyse())? Then
+/// there is no need to find its null space.
+bool clearly_determined(const PoseQuadratic& q, const OriginPose& pose);
+/// Status, rank and free motions.
+void set_determined(OptimalTF_Result& result);
+void set_rank(const Observability& seen, OptimalTF_Result& result);
+/// The same of the result's pose.
 void describe_pose(const PreparedPairings& pairings, const std::optional<double>& sigma,
                    OptimalTF_Result& result);
 

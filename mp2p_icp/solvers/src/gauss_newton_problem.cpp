@@ -96,7 +96,7 @@ CentredPairings::CentredPairings(const PreparedPairings& in) : pairings(in)
     PreparedPairings summed = in;
     const PairingSums sums = pairing_sums(summed);
     const PoseQuadratic q = pose_quadratic(sums, in);
-    local_mean = q.b_centre, global_mean = q.a_centre, L = q.L;
+    local_mean = q.b_centre, global_mean = q.a_centre, L = q.L();
 }
 
 GaussNewtonProblem::GaussNewtonProblem(const PreparedPairings& pairings,

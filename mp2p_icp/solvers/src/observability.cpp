@@ -178,12 +178,13 @@ std::string axis_name(const Vector3d& axis, const char* const names[3])
     return "";
 }
 
-FreeTwist as_twist(const Vector6& direction, double deviation, const Spread& s)
+FreeTwist as_twist(const Vector6& direction, double deviation, double information_ratio, const Spread& s)
 {
     static const char* const translations[3] = {"x", "y", "z"};
     static const char* const rotations[3] = {"roll", "pitch", "yaw"};
     const Vector3d v = direction.head<3>(), omega = direction.tail<3>() / s.L;
     FreeTwist out;
+    out.information_ratio = information_ratio;
     if (direction.tail<3>().norm() < 1e-3)
     {
         const Vector3d axis = v.normalized();
@@ -284,11 +285,11 @@ std::string to_string(FreeTwist::Kind kind)
                                                 : "screw";
 }
 
-Observability analyse(const PreparedPairings& in, const CPose3D& pose, const AnalysisOptions& options)
+namespace
 {
-    const Spread s = spread_of(in, pose, options);
-    PreparedPairings summed = in;
-    const Normal n = normal_matrix(in, pose, s, pairing_sums(summed).L);
+/// All that the pairings say at the pose, judged.
+Observability judge(const Normal& n, const Spread& s, const CPose3D& pose, const AnalysisOptions& options)
+{
     Observability out;
     out.residual_rms = n.positions ? std::sqrt(n.position_squares / static_cast<double>(n.positions)) : 0.0;
 
@@ -297,6 +298,9 @@ Observability analyse(const PreparedPairings& in, const CPose3D& pose, const Ana
     const auto exceeds = [&](double information, const Vector6& direction)
     { return information > 0 && information > relative_limit(direction, s) * largest; };
     for (int i = 0; i < 6; i++) out.rank += exceeds(all.eigenvalues()(i), all.eigenvectors().col(i)) ? 1 : 0;
+
+    const auto ratio_of = [largest](double information)
+    { return largest > 0 ? std::max(0.0, information / largest) : 0.0; };
 
     const double rows = static_cast<double>(n.rows), spare_rows = rows - out.rank;
     const double estimate = spare_rows > 0 ? std::sqrt(n.squares / spare_rows) : INF;
@@ -336,10 +340,45 @@ Observability analyse(const PreparedPairings& in, const CPose3D& pose, const Ana
     {
         const double certain = u.dot(eigen.eigenvectors() * eigen.eigenvalues().asDiagonal() *
                                      eigen.eigenvectors().transpose() * u);
-        out.free.push_back(as_twist(u, exceeds(certain, u) ? deviation(u) : INF, s));
+        out.free.push_back(
+            as_twist(u, exceeds(certain, u) ? deviation(u) : INF, ratio_of(u.dot(n.H * u)), s));
+    }
+    for (int i = 0; i < 6; i++)
+    {
+        const Vector6 u = all.eigenvectors().col(i);
+        const double certain = exceeds(all.eigenvalues()(i), u) ? deviation(u) : INF;
+        out.motions.push_back(as_twist(u, certain, ratio_of(all.eigenvalues()(i)), s));
     }
     set_matrices(pose, s, n.H, twist_covariance, basis, out);
     return out;
+}
+
+/// Of sums alone, the largest coordinate is known but for the size of the scene.
+Spread spread_of(const PoseQuadratic& q, const OriginPose& pose, const AnalysisOptions& options)
+{
+    Spread s;
+    s.mean = q.a_centre + pose.c;
+    s.largest = std::max(q.a_centre.cwiseAbs().maxCoeff(), s.mean.cwiseAbs().maxCoeff()) + q.radius;
+    s.rounding = options.coordinate_rounding.value_or(s.largest * options.epsilon / std::sqrt(12.0));
+    s.L = q.L();
+    return s;
+}
+}  // namespace
+
+Observability analyse(const PreparedPairings& in, const CPose3D& pose, const AnalysisOptions& options)
+{
+    const Spread s = spread_of(in, pose, options);
+    PreparedPairings summed = in;
+    return judge(normal_matrix(in, pose, s, pairing_sums(summed).L()), s, pose, options);
+}
+
+Observability analyse(const PoseQuadratic& q, const CPose3D& pose, const AnalysisOptions& options)
+{
+    const OriginPose at = q.relative(pose);
+    Normal n;
+    n.H = q.information(at.R), n.squares = q.cost(at), n.rows = q.rows;
+    if (q.position_weight > 0) n.positions = 1, n.position_squares = n.squares / q.position_weight;
+    return judge(n, spread_of(q, at, options), pose, options);
 }
 
 Observability observability(const Pairings& pairings, const mrpt::poses::CPose3D& pose,
@@ -351,6 +390,16 @@ Observability observability(const Pairings& pairings, const mrpt::poses::CPose3D
     options.sigma = parameters.sigma, options.coordinate_rounding = parameters.coordinate_rounding;
     options.largest_deviation = parameters.largest_deviation;
     return analyse(in, pose, options);
+}
+
+Observability observability(const PoseQuadratic& sums, const mrpt::poses::CPose3D& pose,
+                            const ObservabilityParameters& parameters)
+{
+    AnalysisOptions options;
+    options.sigma = parameters.sigma;
+    options.coordinate_rounding = parameters.coordinate_rounding;
+    options.largest_deviation = parameters.largest_deviation;
+    return analyse(sums, pose, options);
 }
 
 mrpt::math::CMatrixDouble66 covariance(const Pairings& pairings, const mrpt::poses::CPose3D& pose,

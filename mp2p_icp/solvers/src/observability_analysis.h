@@ -21,5 +21,8 @@ struct AnalysisOptions
 /// observability() of pairings as solvers use them.
 Observability analyse(const PreparedPairings& in, const mrpt::poses::CPose3D& pose,
                       const AnalysisOptions& options);
+/// observability() of sums.
+Observability analyse(const PoseQuadratic& q, const mrpt::poses::CPose3D& pose,
+                      const AnalysisOptions& options);
 
 }  // namespace mp2p_icp

@@ -33,7 +33,6 @@ struct RowSums
     double qq = 0;                                                          ///< sum w q' C q
 
     RowSums& operator+=(const RowSums& o);
-    void add(double weight, const ResidualTerm& relative);
 };
 
 /// Sums over directions, whose common weight is not in them yet (it depends on L).
@@ -45,7 +44,6 @@ struct DirectionSums
     Eigen::Matrix<double, 6, 6> free = Eigen::Matrix<double, 6, 6>::Zero();
 
     DirectionSums& operator+=(const DirectionSums& o);
-    void add(double factor, const DirectionPair& u, DirectionSign sign);
     double weight() const;  ///< sum of the weights
 };
 
@@ -65,7 +63,10 @@ struct PairingSums
         Others& operator+=(const Others& o);
     };
     std::optional<Others> others;  ///< only if there are such pairings
-    double L = 1;  ///< rms radius of the paired local points about their centroid, m; 1 if they coincide
+    double radius = 0;  ///< rms radius of the paired local points about their centroid, m; 0 if they coincide
+
+    /// What turns rad into m.
+    double L() const { return radius > 0 ? radius : 1; }
 
     /// Are all numbers finite, and those of the points far from overflow?
     bool usable() const;

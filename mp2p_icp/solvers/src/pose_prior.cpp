@@ -3,6 +3,8 @@
 #include <mp2p_icp/se3.h>
 #include <mrpt/math/wrap2pi.h>
 
+#include <stdexcept>
+
 #include "euler_rates.h"
 
 namespace mp2p_icp
@@ -36,6 +38,20 @@ PosePrior::Matrix6 PosePrior::jacobian(const mrpt::poses::CPose3D& pose, const E
     J.topRightCorner<3, 3>() = skew(rotation_of(pose) * centre);  // t = R centre + t - R centre
     J.bottomRightCorner<3, 3>() = euler_rates(pose).completeOrthogonalDecomposition().pseudoInverse();
     return J;
+}
+
+PosePrior::Matrix6 twist_information(const mrpt::poses::CPose3DPDFGaussianInf& prior)
+{
+    const PosePrior in(prior);
+    if (!is_finite(prior.mean) || !in.information().allFinite())
+        throw std::invalid_argument("a prior needs a finite mean and a finite information matrix");
+    const PosePrior::Matrix6 J = PosePrior::jacobian(prior.mean, Eigen::Vector3d::Zero()),
+                             out = J.transpose() * in.information() * J;
+    const auto eigenvalues =
+        Eigen::SelfAdjointEigenSolver<PosePrior::Matrix6>(out, Eigen::EigenvaluesOnly).eigenvalues();
+    if (!(eigenvalues(0) >= -1e-9 * eigenvalues(5)))
+        throw std::invalid_argument("the information matrix of a prior must be positive semidefinite");
+    return 0.5 * (out + out.transpose());
 }
 
 }  // namespace mp2p_icp

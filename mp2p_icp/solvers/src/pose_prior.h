@@ -33,4 +33,8 @@ class PosePrior
     Matrix6 information_, sqrt_information_;
 };
 
+/// The prior's information in the twist (dt, omega) at its mean: t = t0 + dt, R = exp([omega]x) R0.
+/// \exception std::invalid_argument unless all is finite and it is positive semidefinite.
+PosePrior::Matrix6 twist_information(const mrpt::poses::CPose3DPDFGaussianInf& prior);
+
 }  // namespace mp2p_icp

@@ -1,5 +1,6 @@
 #include "prepared_pairings.h"
 
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 #include <string>
@@ -85,6 +86,28 @@ double PreparedPairings::direction_weight(const PairingId& id, double L) const
 {
     const auto& each = weights(id.kind).each;
     return direction_weight(id.kind, L) * (each.empty() ? 1.0 : each[id.index]);
+}
+
+size_t PreparedPairings::rows() const
+{
+    const Pairings& p = pairings();
+    const auto counting = [this](PairingKind kind, size_t count, double common)
+    {
+        const auto& each = weights(kind).each;
+        if (!(common > 0)) return size_t(0);
+        if (each.empty()) return count;
+        return static_cast<size_t>(std::count_if(each.begin(), each.end(), [](double w) { return w > 0; }));
+    };
+    const auto positions = [&](PairingKind kind, size_t count)
+    { return counting(kind, count, weights(kind).common); };
+    const auto directions = [&](PairingKind kind, size_t count)
+    { return counting(kind, count, direction_weight(kind, 1)); };
+    const size_t lines = p.paired_ln2ln.size(), planes = p.paired_pl2pl.size();
+    return 3 * positions(PairingKind::Point2Point, p.paired_pt2pt.size()) +
+           2 * positions(PairingKind::Point2Line, p.paired_pt2ln.size()) +
+           positions(PairingKind::Point2Plane, p.paired_pt2pl.size()) +
+           2 * (positions(PairingKind::Line2Line, lines) + directions(PairingKind::Line2Line, lines)) +
+           positions(PairingKind::Plane2Plane, planes) + 2 * directions(PairingKind::Plane2Plane, planes);
 }
 
 void PreparedPairings::scale_weight(const PairingId& id, double factor)

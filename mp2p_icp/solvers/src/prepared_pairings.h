@@ -37,6 +37,8 @@ class PreparedPairings
     const PairWeights& kinds() const { return *kinds_; }
     size_t size() const { return pairings().size(); }
     size_t skipped() const { return skipped_; }
+    /// How many scalar equations count.
+    size_t rows() const;
 
     /// Of a kind's positions.
     const ListWeights& weights(PairingKind kind) const { return weights_[static_cast<size_t>(kind)]; }

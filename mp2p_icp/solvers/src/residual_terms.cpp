@@ -8,21 +8,6 @@ namespace mp2p_icp
 {
 namespace
 {
-/// NaN for a vector of zero length, which has no direction.
-Eigen::Vector3d unit(const Eigen::Vector3d& v)
-{
-    const double square = v.squaredNorm();
-    return v / (square > 1e-200 && square < 1e200 ? std::sqrt(square) : v.stableNorm());
-}
-Eigen::Vector3d direction_of(const mrpt::math::TLine3D& line)
-{
-    return unit(to_eigen(line.director));
-}
-Eigen::Vector3d normal_of(const plane_patch_t& patch)
-{
-    return unit({patch.plane.coefs[0], patch.plane.coefs[1], patch.plane.coefs[2]});
-}
-
 Eigen::Matrix3d across(const Eigen::Vector3d& u)
 {
     return Eigen::Matrix3d::Identity() - u * u.transpose();
@@ -58,15 +43,6 @@ ResidualTerm position_term(const matched_line_t& p)
 ResidualTerm position_term(const matched_plane_t& p)
 {
     return on_plane(p.p_global, p.p_local.centroid);
-}
-
-DirectionPair directions_of(const matched_line_t& p)
-{
-    return {direction_of(p.ln_local), direction_of(p.ln_global)};
-}
-DirectionPair directions_of(const matched_plane_t& p)
-{
-    return {normal_of(p.p_local), normal_of(p.p_global)};
 }
 
 ResidualTerm direction_term(const DirectionPair& u, DirectionSign sign)

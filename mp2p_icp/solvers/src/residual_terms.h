@@ -4,6 +4,7 @@
 #include <mp2p_icp/WeightParameters.h>
 
 #include <Eigen/Dense>
+#include <cmath>
 #include <optional>
 
 namespace mp2p_icp
@@ -27,13 +28,34 @@ ResidualTerm position_term(const point_plane_pair_t& p);
 ResidualTerm position_term(const matched_line_t& p);   ///< local base point on global line
 ResidualTerm position_term(const matched_plane_t& p);  ///< local centroid on global plane
 
-/// Of a line or plane: the unit direction or normal, as seen from either side. NaN for a zero vector.
+/// NaN for a vector of zero length, which has no direction.
+inline Eigen::Vector3d unit(const Eigen::Vector3d& v)
+{
+    const double square = v.squaredNorm();
+    return v * (1 / (square > 1e-200 && square < 1e200 ? std::sqrt(square) : v.stableNorm()));
+}
+inline Eigen::Vector3d direction_of(const mrpt::math::TLine3D& line)
+{
+    return unit({line.director.x, line.director.y, line.director.z});
+}
+inline Eigen::Vector3d normal_of(const plane_patch_t& patch)
+{
+    return unit({patch.plane.coefs[0], patch.plane.coefs[1], patch.plane.coefs[2]});
+}
+
+/// Of a line or plane: the unit direction or normal, as seen from either side.
 struct DirectionPair
 {
     Eigen::Vector3d local, global;
 };
-DirectionPair directions_of(const matched_line_t& p);
-DirectionPair directions_of(const matched_plane_t& p);
+inline DirectionPair directions_of(const matched_line_t& p)
+{
+    return {direction_of(p.ln_local), direction_of(p.ln_global)};
+}
+inline DirectionPair directions_of(const matched_plane_t& p)
+{
+    return {normal_of(p.p_local), normal_of(p.p_global)};
+}
 
 /// Oriented: the difference R u_l - u_g. Free: its part across u_g, of the same norm for both signs of u_l.
 ResidualTerm direction_term(const DirectionPair& u, DirectionSign sign);

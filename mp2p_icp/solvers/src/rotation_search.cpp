@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "euler_rates.h"
 #include "rotation_vector.h"
@@ -29,9 +30,7 @@ Matrix3d orthonormal(const Matrix3d& R)
     return Quaterniond(R).normalized().toRotationMatrix();
 }
 
-/// The rotations of the icosahedron, all turned by a rotation without symmetry, so that none of them stands
-/// on a saddle of data along the axes.
-std::vector<Matrix3d> make_starts()
+std::vector<Matrix3d> make_spread_rotations()
 {
     const double golden = 0.5 * (1 + std::sqrt(5.0));
     const Quaterniond turn = Quaterniond(0.8, 0.31, -0.43, 0.27).normalized();
@@ -62,18 +61,34 @@ std::vector<Matrix3d> make_starts()
     return out;
 }
 
-const std::vector<Matrix3d>& starts()
+using SpreadColumns = Eigen::Matrix<double, 10, Eigen::Dynamic>;
+
+SpreadColumns stacked(const std::vector<Matrix3d>& rotations)
 {
-    static const std::vector<Matrix3d> all = make_starts();
-    return all;
+    SpreadColumns out(10, static_cast<Eigen::Index>(rotations.size()));
+    for (size_t i = 0; i < rotations.size(); i++)
+        out.col(static_cast<Eigen::Index>(i)) = stacked(rotations[i]);
+    return out;
 }
 
 /// Of a Hessian, below this part of the cost's scale: a valley, not a slope.
 constexpr double FLAT = 1e-9;
+constexpr int MOST_VALLEY_STEPS = 100;
+constexpr double SAME_ROTATION = 1e-4;  // rad
+
+/// Newton's step, if the Hessian is clearly positive definite: most are, and this is ten times as fast as
+/// what follows.
+std::optional<Vector3d> newton_step(const RotationQuadratic::Derivatives& d, double scale)
+{
+    const Eigen::LLT<Matrix3d> convex(d.hessian - FLAT * scale * Matrix3d::Identity());
+    if (convex.info() != Eigen::Success) return std::nullopt;
+    return Vector3d(-d.hessian.llt().solve(d.gradient));
+}
 
 /// The step of least quadratic model within a ball. Along flat directions without slope it does not move.
 Vector3d trust_region_step(const RotationQuadratic::Derivatives& d, double scale, double radius)
 {
+    if (const auto newton = newton_step(d, scale); newton && newton->norm() <= radius) return *newton;
     const Eigen::SelfAdjointEigenSolver<Matrix3d> eigen(d.hessian);
     const Vector3d l = eigen.eigenvalues();
     Vector3d c = eigen.eigenvectors().transpose() * d.gradient;
@@ -104,20 +119,27 @@ Vector3d trust_region_step(const RotationQuadratic::Derivatives& d, double scale
     return eigen.eigenvectors() * s;
 }
 
+/// Newton's, without any part along flat directions.
+Vector3d step_across_valley(const RotationQuadratic::Derivatives& d, double scale)
+{
+    if (const auto newton = newton_step(d, scale)) return *newton;
+    const Eigen::SelfAdjointEigenSolver<Matrix3d> eigen(d.hessian);
+    Vector3d step = Vector3d::Zero();
+    for (int i = 0; i < 3; i++)
+    {
+        const Vector3d u = eigen.eigenvectors().col(i);
+        if (eigen.eigenvalues()(i) > FLAT * scale) step -= u * u.dot(d.gradient) / eigen.eigenvalues()(i);
+    }
+    return step;
+}
+
 /// Steps that settle the gradient where the cost is already flat to rounding.
 Matrix3d polished(const RotationQuadratic& q, Matrix3d R)
 {
     for (int k = 0; k < 2; k++)
     {
         const auto d = q.derivatives(R);
-        const double scale = q.scale(d.cost);
-        const Eigen::SelfAdjointEigenSolver<Matrix3d> eigen(d.hessian);
-        Vector3d step = Vector3d::Zero();
-        for (int i = 0; i < 3; i++)
-        {
-            const Vector3d u = eigen.eigenvectors().col(i);
-            if (eigen.eigenvalues()(i) > FLAT * scale) step -= u * u.dot(d.gradient) / eigen.eigenvalues()(i);
-        }
+        const Vector3d step = step_across_valley(d, q.scale(d.cost));
         if (!(step.norm() < 0.1)) break;
         R = orthonormal(rotation_by(step) * R);
     }
@@ -192,21 +214,81 @@ RotationMinimum minimise_rotation(const RotationQuadratic& q, const Matrix3d& st
     return {R, q.cost(R)};
 }
 
+bool same_rotation(const Matrix3d& A, const Matrix3d& B)
+{
+    return (A - B).squaredNorm() < 2 * SAME_ROTATION * SAME_ROTATION;
+}
+
+const std::vector<Matrix3d>& spread_rotations()
+{
+    static const std::vector<Matrix3d> all = make_spread_rotations();
+    return all;
+}
+
+std::vector<Matrix3d> lowest_spread_rotations(const RotationQuadratic& q, size_t count)
+{
+    static const SpreadColumns X = stacked(spread_rotations());
+    const Eigen::VectorXd costs = (q.matrix() * X).cwiseProduct(X).colwise().sum().transpose();
+    std::vector<Eigen::Index> order(static_cast<size_t>(costs.size()));
+    for (size_t i = 0; i < order.size(); i++) order[i] = static_cast<Eigen::Index>(i);
+    count = std::min(count, order.size());
+    std::partial_sort(order.begin(), order.begin() + static_cast<std::ptrdiff_t>(count), order.end(),
+                      [&](auto a, auto b)
+                      { return std::make_pair(costs(a), a) < std::make_pair(costs(b), b); });
+    std::vector<Matrix3d> out;
+    for (size_t i = 0; i < count; i++) out.push_back(spread_rotations()[static_cast<size_t>(order[i])]);
+    return out;
+}
+
+void add_minima(const RotationQuadratic& q, const std::vector<Matrix3d>& starts,
+                std::vector<RotationMinimum>& found)
+{
+    for (const auto& start : starts)
+    {
+        const auto at = minimise_rotation(q, start);
+        const bool known = std::any_of(found.begin(), found.end(),
+                                       [&](const auto& other) { return same_rotation(other.R, at.R); });
+        if (!known) found.push_back(at);
+    }
+    std::stable_sort(found.begin(), found.end(),
+                     [](const auto& a, const auto& b) { return a.cost < b.cost; });
+}
+
 std::vector<RotationMinimum> all_minima(const RotationQuadratic& q, const Matrix3d& guess)
 {
     std::vector<RotationMinimum> found;
-    const auto consider = [&](const Matrix3d& start)
-    {
-        const auto at = minimise_rotation(q, start);
-        for (auto& known : found)
-            if (rotation_angle(known.R.transpose() * at.R) < 1e-4) return;
-        found.push_back(at);
-    };
-    consider(guess);
-    for (const auto& start : starts()) consider(start);
-    std::stable_sort(found.begin(), found.end(),
-                     [](const auto& a, const auto& b) { return a.cost < b.cost; });
+    add_minima(q, {guess}, found);
+    add_minima(q, spread_rotations(), found);
     return found;
+}
+
+RotationMinimum nearest_in_valley(const RotationQuadratic& q, const RotationMinimum& minimum,
+                                  const Matrix3d& guess)
+{
+    RotationMinimum at = minimum;
+    const double highest = minimum.cost + 1e-13 * std::max(q.scale(minimum.cost), 0.0);
+    for (int k = 0; k < MOST_VALLEY_STEPS; k++)
+    {
+        const auto d = q.derivatives(at.R);
+        const Eigen::SelfAdjointEigenSolver<Matrix3d> eigen(d.hessian);
+        const Vector3d to_guess = rotation_between(at.R, guess);
+        Vector3d step = Vector3d::Zero();
+        for (int i = 0; i < 3; i++)
+            if (const Vector3d u = eigen.eigenvectors().col(i);
+                eigen.eigenvalues()(i) < FLAT * q.scale(d.cost))
+                step += u * u.dot(to_guess);
+        if (step.norm() < 1e-12) break;
+        bool moved = false;
+        for (int halving = 0; halving < 6 && !moved; halving++, step *= 0.5)
+        {
+            const auto next = minimise_rotation(q, orthonormal(rotation_by(step) * at.R));
+            moved = next.cost <= highest && rotation_between(next.R, guess).norm() <
+                                                to_guess.norm() - 1e-3 * step.norm() * step.norm();
+            if (moved) at = next;
+        }
+        if (!moved) break;
+    }
+    return at;
 }
 
 std::vector<RotationMinimum> lowest_minima(const RotationQuadratic& q, const Matrix3d& guess)

@@ -22,6 +22,7 @@ class RotationQuadratic
         Eigen::Vector3d gradient;  ///< by omega in exp([omega]x) R
         Eigen::Matrix3d hessian;
     };
+    const Eigen::Matrix<double, 10, 10>& matrix() const { return Q_; }
     double cost(const Eigen::Matrix3d& R) const;
     Derivatives derivatives(const Eigen::Matrix3d& R) const;
 
@@ -42,16 +43,34 @@ struct RotationMinimum
     double cost = 0;
 };
 
+/// Are they the same minimum (within 1e-4 rad)?
+bool same_rotation(const Eigen::Matrix3d& A, const Eigen::Matrix3d& B);
+
 /// The minimum in whose basin `start` is: Newton steps in an exact trust region.
 RotationMinimum minimise_rotation(const RotationQuadratic& q, const Eigen::Matrix3d& start);
 
-/** The distinct local minima, the lowest first: from the 60 rotations of the icosahedron and from `guess`.
+/// The 60 rotations of the icosahedron, all turned by a rotation without symmetry, so that none of them
+/// stands on a saddle of data along the axes.
+const std::vector<Eigen::Matrix3d>& spread_rotations();
+/// Of these, the `count` with the lowest costs, the lowest first.
+std::vector<Eigen::Matrix3d> lowest_spread_rotations(const RotationQuadratic& q, size_t count);
+
+/// Adds the distinct minima in whose basins the starts are; the lowest first. A valley is represented by the
+/// points where the descents came to its floor.
+void add_minima(const RotationQuadratic& q, const std::vector<Eigen::Matrix3d>& starts,
+                std::vector<RotationMinimum>& found);
+
+/** The distinct local minima, the lowest first: from all spread_rotations() and from `guess`.
  * (From the 24 of them with the lowest costs alone, 1 of 1e5 sets of 2 points and 2 points on planes lost its
- * global minimum.) A valley is represented by the points where the descents came to its floor. A quartic on
- * the rotations has at most 40 isolated critical points; no basin of a global minimum was ever seen that
- * holds none of these starts, but that is a measurement and not a proof.
+ * global minimum.) A quartic on the rotations has at most 40 isolated critical points; no basin of a global
+ * minimum was ever seen that holds none of these starts, but that is a measurement and not a proof.
  */
 std::vector<RotationMinimum> all_minima(const RotationQuadratic& q, const Eigen::Matrix3d& guess);
+
+/// In the valley of a minimum, where the rotation is nearest to `guess`; the minimum itself if it is
+/// isolated.
+RotationMinimum nearest_in_valley(const RotationQuadratic& q, const RotationMinimum& minimum,
+                                  const Eigen::Matrix3d& guess);
 
 /** Those of all_minima() that may be the lowest, for all that the sums can tell (to within 1e-9 of scale());
  * `guess` itself if the cost does not depend on the rotation.

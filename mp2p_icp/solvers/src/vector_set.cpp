@@ -18,7 +18,7 @@ VectorSet::VectorSet(const PreparedPairings& in, const PairingSums& sums, PointV
     : in_(in), sums_(sums), points_(point_vectors), signs_(signs), guess_(guess)
 {
     origin_.a = sums.a_origin, origin_.b = sums.b_origin;
-    origin_.shortest_sq = std::pow(SHORTEST * sums.L, 2);
+    origin_.shortest_sq = std::pow(SHORTEST * sums.L(), 2);
     const size_t points = in.pairings().paired_pt2pt.size();
     const bool others = in.size() > points;
     origin_.a_mean = sums.a_mean, origin_.b_mean = sums.b_mean;
@@ -32,7 +32,7 @@ VectorSet::VectorSet(const PreparedPairings& in, const PairingSums& sums, PointV
     }
     profile_ = unit_vector_sums(in.pairings().paired_pt2pt, in.weights(PairingKind::Point2Point), origin_,
                                 points_ == PointVectors::UnitsWithSquares);
-    profile_ *= sums.L * sums.L;
+    profile_ *= sums.L() * sums.L();
     if (others) profile_ += sum(points, [&](size_t i) { return pair(i); });
 }
 
@@ -75,7 +75,7 @@ VectorSet::Pair VectorSet::direction_pair(const PairingId& id) const
     const DirectionPair u = line ? directions_of(in_.pairings().paired_ln2ln[id.index])
                                  : directions_of(in_.pairings().paired_pl2pl[id.index]);
     const DirectionSign sign = line ? in_.kinds().ln2ln_sign : in_.kinds().pl2pl_sign;
-    out.w = in_.direction_weight(id, sums_.L);
+    out.w = in_.direction_weight(id, sums_.L());
     out.a = u.global;
     out.b = sign == DirectionSign::Free && u.global.dot(signs_ * u.local) < 0 ? Vector3d(-u.local) : u.local;
     return out;
@@ -89,10 +89,10 @@ VectorSet::Pair VectorSet::pair(size_t i) const
     if (!(p.w > 0)) return p;
     p.a -= origin_.a_mean, p.b -= origin_.b_mean;
     if (points_ == PointVectors::Lengths) return p;
-    const double shortest = SHORTEST * sums_.L;
+    const double shortest = SHORTEST * sums_.L();
     if (!(p.a.norm() > shortest && p.b.norm() > shortest)) return {0, Vector3d::Zero(), Vector3d::Zero()};
     p.a.normalize(), p.b.normalize();
-    p.w *= sums_.L * sums_.L;
+    p.w *= sums_.L() * sums_.L();
     return p;
 }
 

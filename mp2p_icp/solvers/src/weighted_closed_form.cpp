@@ -107,12 +107,18 @@ void weigh_and_reject(const WeightParameters& wp, const std::optional<CPose3D>& 
 }
 }  // namespace
 
+bool solve_weighted(const Pairings& pairings, const WeightParameters& wp, const std::optional<CPose3D>& guess,
+                    const WeightedSolver& solve, OptimalTF_Result& result)
+{
+    PreparedPairings in(pairings, wp.pair_weights);
+    weigh_and_reject(wp, guess, in, result.outliers);
+    if (!uses_gnc(wp)) return solve(in, result);
+    return solve_gnc(in, wp.outlier_rejection, wp.outlier_threshold, solve, result);
+}
+
 bool solve_weighted(const Pairings& pairings, const WeightParameters& wp, const ClosedForm& how,
                     OptimalTF_Result& result)
 {
-    PreparedPairings in(pairings, wp.pair_weights);
-    weigh_and_reject(wp, how.guess, in, result.outliers);
-    if (!uses_gnc(wp)) return solve_closed_form(in, how, result);
     ClosedForm from_last = how;
     const auto solve = [&from_last](PreparedPairings& weighted, OptimalTF_Result& out)
     {
@@ -120,7 +126,7 @@ bool solve_weighted(const Pairings& pairings, const WeightParameters& wp, const 
         if (solved) from_last.guess = out.optimalPose;
         return solved;
     };
-    return solve_gnc(in, wp.outlier_rejection, wp.outlier_threshold, solve, result);
+    return solve_weighted(pairings, wp, how.guess, solve, result);
 }
 
 void refine_with_prior(const Pairings& pairings, const WeightParameters& wp,

@@ -4,9 +4,18 @@
 #include <mrpt/poses/CPose3DPDFGaussianInf.h>
 
 #include "closed_form.h"
+#include "gnc.h"
 
 namespace mp2p_icp
 {
+/** `solve` with the robust weights and the rejection of outliers that WeightParameters ask for; the guess is
+ * where residuals are measured if they do not say it. With graduated non-convexity `solve` runs many times,
+ * the last time for the result. \exception std::invalid_argument
+ */
+bool solve_weighted(const Pairings& in, const WeightParameters& wp,
+                    const std::optional<mrpt::poses::CPose3D>& guess, const WeightedSolver& solve,
+                    OptimalTF_Result& result);
+
 /// A closed form with the robust weights and the rejection of outliers that WeightParameters ask for.
 /// \exception std::invalid_argument
 bool solve_weighted(const Pairings& in, const WeightParameters& wp, const ClosedForm& how,

@@ -2,6 +2,7 @@
 
 #include <mp2p_icp/FreeTwist.h>
 #include <mp2p_icp/Pairings.h>
+#include <mp2p_icp/PoseQuadratic.h>
 #include <mp2p_icp/WeightParameters.h>
 #include <mrpt/math/CMatrixFixed.h>
 #include <mrpt/poses/CPose3D.h>
@@ -16,8 +17,13 @@ struct Observability
 {
     int rank = 0;                 ///< how many of the 6 degrees of freedom the pairings determine
     std::vector<FreeTwist> free;  ///< 6 - rank motions that they do not
-    double residual_rms = 0;      ///< of the distances point to point, line or plane, m; 0 without pairings
-    double sigma = 0;             ///< the standard deviation of one residual coordinate that was used, m
+    /** The six principal motions, the least determined first: how well each one is known (information_ratio,
+     * and sigma as predicted). The weak ones, say below a ratio of 1e-3, deserve a look although they are not
+     * free.
+     */
+    std::vector<FreeTwist> motions;
+    double residual_rms = 0;  ///< of the distances point to point, line or plane, m; 0 without pairings
+    double sigma = 0;         ///< the standard deviation of one residual coordinate that was used, m
 
     /// Order x y z yaw pitch roll; 1/m^2, 1/(m rad), 1/rad^2. Exact also where the covariance is infinite.
     /// Zero if sigma is infinite.
@@ -61,6 +67,13 @@ struct ObservabilityParameters
  * the same bits on any number of threads.
  */
 Observability observability(const Pairings& pairings, const mrpt::poses::CPose3D& pose,
+                            const ObservabilityParameters& parameters = {});
+
+/** The same of sums, whatever made them, in O(1). residual_rms is that of all rows then, weighted;
+ * `pair_weights` has no effect, and coordinates are taken as no larger than the centroid's plus the scene's
+ * radius.
+ */
+Observability observability(const PoseQuadratic& sums, const mrpt::poses::CPose3D& pose,
                             const ObservabilityParameters& parameters = {});
 
 /// observability().covariance: the covariance (x y z yaw pitch roll; m, rad) of the pose given its pairings.
