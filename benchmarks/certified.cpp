@@ -1,8 +1,13 @@
 // What optimal_tf_certified() proves, and how fast: over 15 mixes of pairings, sizes from minimal to 1000,
 // and noises from none to 30 % of the scene, against brute force (descents from many random rotations) and
 // against other solvers.
+#include <mp2p_icp/Solver_Certified.h>
+#include <mp2p_icp/icp_pipeline_from_yaml.h>
+#include <mp2p_icp/load_map.h>
 #include <mp2p_icp/optimal_tf_certified.h>
 #include <mp2p_icp/optimal_tf_gauss_newton.h>
+#include <mp2p_icp/synthetic/load_obj_mesh.h>
+#include <mp2p_icp/synthetic/sample_by_area.h>
 #include <mrpt/poses/CPose3DQuat.h>
 #include <mrpt/tfest/se3.h>
 
@@ -31,12 +36,16 @@ namespace
 const char* const HELP =
     R"(What optimal_tf_certified() proves, and how fast.
 
-Usage: bench-certified [--instances COUNT] [--starts COUNT] [--seed NUMBER] [--csv FILE] [--help]
+Usage: bench-certified [--instances COUNT] [--starts COUNT] [--seed NUMBER] [--csv FILE]
+                       [--bunny FILE] [--pair LOCAL GLOBAL] [--help]
 
   --instances COUNT  sets of pairings per mix, size and noise: 15 x 5 x 5 of each. Default 20
   --starts COUNT     random rotations per set from which brute force descends. Default 200
   --seed NUMBER      default 1
   --csv FILE         also write the table there
+  --bunny FILE       an OBJ model to align with itself, for the share of an alignment's time.
+                     Default /usr/share/glmark2/models/bunny.obj, if it is there
+  --pair LOCAL GLOBAL  two clouds to align, for the same
   --help             this text
 
 Examples:
@@ -47,7 +56,7 @@ Examples:
 struct Options
 {
     size_t instances = 20, starts = 200, seed = 1;
-    std::string csv;
+    std::string csv, bunny, local, global;
 };
 
 /// Empty if only the help was asked for.
@@ -60,12 +69,17 @@ std::optional<Options> parse(const std::vector<std::string>& arguments)
     {
         const std::string& name = arguments[i];
         if (name == "--help" || name == "-h") return {};
-        if (name != "--csv" && !numbers.count(name))
+        if (name == "--pair" && i + 2 < arguments.size())
+        {
+            options.local = arguments[++i], options.global = arguments[++i];
+            continue;
+        }
+        if (name != "--csv" && name != "--bunny" && !numbers.count(name))
             throw std::invalid_argument("unknown option '" + name + "'");
         if (i + 1 == arguments.size()) throw std::invalid_argument(name + " needs a value");
         const std::string& value = arguments[++i];
-        if (name == "--csv")
-            options.csv = value;
+        if (name == "--csv" || name == "--bunny")
+            (name == "--csv" ? options.csv : options.bunny) = value;
         else if (value.empty() || value.find_first_not_of("0123456789") != std::string::npos ||
                  value.size() > 9)
             throw std::invalid_argument(name + ": '" + value + "' is not a number");
@@ -370,6 +384,73 @@ void print_multistart()
         }
 }
 
+// ---- In ICP -----------------------------------------------------------------------------------------------
+
+/// Solver_Certified, with a clock.
+class TimedSolver : public Solver_Certified
+{
+ public:
+    mutable double seconds = 0;
+
+ protected:
+    bool impl_optimal_pose(const Pairings& pairings, OptimalTF_Result& out,
+                           const SolverContext& context) const override
+    {
+        const auto start = std::chrono::steady_clock::now();
+        const bool solved = Solver_Certified::impl_optimal_pose(pairings, out, context);
+        seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+        return solved;
+    }
+};
+
+void print_share(const std::string& name, metric_map_t local, metric_map_t global)
+{
+    Pipeline pipeline = pipeline_from_yaml(
+        yaml_from_text(shipped_pipeline(default_pipeline_for(local, global))), {}, mrpt::system::LVL_WARN);
+    ParameterSource source;
+    source.updateVariables(extent_variables(local, global));
+    pipeline.attachToParameterSource(source);
+    if (pipeline.filters.count("filters"))
+        for (auto* map : {&local, &global})
+            mp2p_icp_filters::apply_filter_pipeline(pipeline.filters["filters"], *map);
+    std::vector<double> shares, totals;
+    Results r;
+    for (int k = 0; k < 11; k++)
+    {
+        const auto solver = std::make_shared<TimedSolver>();
+        pipeline.icp->solvers() = {solver};
+        const auto start = std::chrono::steady_clock::now();
+        pipeline.icp->align(local, global, {}, pipeline.parameters, r);
+        totals.push_back(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
+        shares.push_back(solver->seconds / totals.back());
+    }
+    std::printf("%-8s %10zu %12.1f %10.2f %%   %s\n", name.c_str(), r.nIterations, 1e3 * median(totals),
+                100 * median(shares), to_string(r.verdict).c_str());
+}
+
+metric_map_t map_of(const mrpt::maps::CPointsMap::Ptr& points)
+{
+    metric_map_t map;
+    map.layers[metric_map_t::PT_LAYER_RAW] = points;
+    return map;
+}
+
+void print_icp(const Options& options)
+{
+    std::printf("\nSolver_Certified in every iteration of ICP, default pipelines:\n\n%-8s %10s %12s %12s\n",
+                "", "iterations", "align, ms", "its share");
+    const std::string bunny = options.bunny.empty() ? "/usr/share/glmark2/models/bunny.obj" : options.bunny;
+    if (std::ifstream(bunny))
+    {
+        const auto mesh = synthetic::load_obj_mesh(bunny);
+        const auto local = synthetic::sample_by_area(mesh, 3000, 1);
+        local->changeCoordinatesReference(mrpt::poses::CPose3D(0.1, -0.15, 0.05, 0.2, -0.1, 0.15));
+        print_share("bunny", map_of(local), map_of(synthetic::sample_by_area(mesh, 3000, 2)));
+    }
+    if (!options.local.empty())
+        print_share("pair", *load_map(options.local).map, *load_map(options.global).map);
+}
+
 void run(const Options& options)
 {
     with_threads(1,
@@ -378,6 +459,7 @@ void run(const Options& options)
                      print_proofs(options);
                      print_points();
                      print_multistart();
+                     print_icp(options);
                      return 0;
                  });
 }

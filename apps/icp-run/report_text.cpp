@@ -37,6 +37,7 @@ std::string vector_text(const Vector& v)
 {
     return "[" + short_number(v.x) + " " + short_number(v.y) + " " + short_number(v.z) + "]";
 }
+}  // namespace
 
 void print_free_motion(std::ostream& out, const mp2p_icp::FreeTwist& t)
 {
@@ -46,7 +47,6 @@ void print_free_motion(std::ostream& out, const mp2p_icp::FreeTwist& t)
     if (!shift) out << " through " << vector_text(t.through);
     out << ", sigma " << short_number(t.sigma) << (shift ? " m" : " rad") << "\n";
 }
-}  // namespace
 
 std::string verdict_line(const Results& results)
 {
