@@ -45,6 +45,13 @@ struct Search
         proof = certify_rotation(f.matrix(), minima.front().R, options);
         margin = proof.margin();
     }
+    /// When another minimum comes first.
+    void prove_again()
+    {
+        CertificateOptions options;
+        options.tolerance = tolerance;
+        prove(options);
+    }
     /// How many cost no more than the lowest, as far as the tolerance tells.
     size_t equal() const
     {
@@ -97,7 +104,9 @@ void collapse_valleys(const RotationQuadratic& f, const Matrix3d& guess, Search&
             std::any_of(out.begin(), out.end(), [&](const auto& o) { return same_rotation(o.R, at.R); });
         if (!known) out.push_back(at);
     }
+    const bool moved = out.front().R != s.minima.front().R;
     s.minima = out;
+    if (moved) s.prove_again();
 }
 
 /// Of those that cost the same but for rounding, the one nearest to the guess comes first.
@@ -110,7 +119,9 @@ void put_nearest_first(const RotationQuadratic& f, const Matrix3d& guess, Search
         s.minima.begin(), end,
         [&](const auto& a, const auto& b)
         { return rotation_between(a.R, guess).norm() < rotation_between(b.R, guess).norm(); });
+    if (nearest == s.minima.begin()) return;
     std::rotate(s.minima.begin(), nearest, nearest + 1);
+    s.prove_again();  // it costs the same, and has a proof of its own
 }
 
 /// Rank and free motions of the pairings at the result's pose.
@@ -182,7 +193,9 @@ bool optimal_tf_certified(const PoseQuadratic& sums, CertifiedResult& result, co
     for (const auto& m : s.minima)
         result.minima.push_back({all.absolute({m.R, all.best_translation(m.R, guess.c)}), m.cost});
     result.optimalPose = result.minima.front().pose, result.cost = std::max(0.0, s.minima.front().cost);
-    result.gap = s.proof.gap, result.scale = s.proof.scale, result.margin = s.margin, result.G = s.proof.G;
+    // Pairings and prior are sums of squares: nothing costs less than 0.
+    result.gap = std::min(s.proof.gap, result.cost + 4e-15 * f.matrix().norm());
+    result.scale = s.proof.scale, result.margin = s.margin, result.G = s.proof.G;
     result.verdict = depends ? verdict_of(s, rises_everywhere(all, s)) : GlobalVerdict::Unobservable;
     describe(sums, p.weights.sigma, result);
     return true;

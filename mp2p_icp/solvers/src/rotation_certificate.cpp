@@ -354,7 +354,7 @@ RotationCertificate certify_rotation(const Matrix10& Q, const Matrix3d& R, const
     const double rounding = 2e-14 * Q.norm();
     const bool may_hold = out.scale > rounding;
     if (!may_hold) out.scale = Q.norm();
-    if (!(out.scale > 0)) return out;
+    if (!(out.scale > 0) || !std::isfinite(rounding)) return out;
 
     const Matrix10 gram = times_A(times_A(seen_from(Q, R0, out.cost)).transpose());
     const ClosedForms forms = closed_forms(gram, out.scale);
@@ -373,7 +373,8 @@ RotationCertificate certify_rotation(const Matrix10& Q, const Matrix3d& R, const
     const auto accept = [&](const Matrix9& G, double shift)
     {
         if (!positive(G, shift)) return false;
-        conclude(G, std::max(0.0, shift) * out.scale + sure);
+        const double below_zero = shift > 0 ? std::clamp(-least_eigenvalue(G), 0.0, shift) : 0;
+        conclude(G, below_zero * out.scale + sure);
         return true;
     };
     const Matrix9 between = 0.5 * (forms.nearest + forms.least);
