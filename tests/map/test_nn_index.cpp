@@ -80,15 +80,36 @@ PointArrays random_queries(size_t n, uint64_t seed, double size)
             (*coordinate)[i] = static_cast<float>(random.uniform(-size, size));
     return q;
 }
+enum class IndexKind
+{
+    KdTree,
+    Faster  ///< of tree and block grid
+};
+
+class NnIndex : public ::testing::TestWithParam<IndexKind>
+{
+ protected:
+    static NearestNeighborIndex::ConstPtr make(const CSimplePointsMap::ConstPtr& points, uint32_t leaf = 0)
+    {
+        return GetParam() == IndexKind::KdTree ? make_kdtree_index(points, leaf)
+                                               : make_nn_index(points, leaf);
+    }
+};
 }  // namespace
 
-TEST(NnIndex, AgreesWithBruteForceForAnyKRadiusAndLeafSize)
+INSTANTIATE_TEST_SUITE_P(Kinds, NnIndex, ::testing::Values(IndexKind::KdTree, IndexKind::Faster),
+                         [](const auto& kind) {
+                             return kind.param == IndexKind::KdTree ? std::string("KdTree")
+                                                                    : std::string("Faster");
+                         });
+
+TEST_P(NnIndex, AgreesWithBruteForceForAnyKRadiusAndLeafSize)
 {
     const auto cloud = random_cloud(1500, 1, 10);
     const auto queries = random_queries(150, 2, 12);
     for (const uint32_t leaf : {0u, 1u, 7u, 2000u})
     {
-        const auto index = make_kdtree_index(cloud, leaf);
+        const auto index = make(cloud, leaf);
         EXPECT_EQ(index->size(), 1500u);
         for (const uint32_t k : {1u, 2u, 5u, 40u})
             for (const float limit : {0.01f, 1.0f, 9.0f, INF})
@@ -100,7 +121,7 @@ TEST(NnIndex, AgreesWithBruteForceForAnyKRadiusAndLeafSize)
     }
 }
 
-TEST(NnIndex, TiesGoToTheLowerIndex)
+TEST_P(NnIndex, TiesGoToTheLowerIndex)
 {
     // A grid with every point twice, asked at points, edge midpoints and cell centres: 2 to 16 equal
     // distances each.
@@ -119,30 +140,29 @@ TEST(NnIndex, TiesGoToTheLowerIndex)
     const std::vector<float> limits(queries.size(), INF);
     for (const uint32_t leaf : {1u, 10u})
         for (const uint32_t k : {1u, 3u, 9u})
-            EXPECT_EQ(ask(*make_kdtree_index(cloud, leaf), queries, k, limits),
-                      brute_force(*cloud, queries, k, limits))
+            EXPECT_EQ(ask(*make(cloud, leaf), queries, k, limits), brute_force(*cloud, queries, k, limits))
                 << leaf << k;
 }
 
-TEST(NnIndex, TheRadiusIsExclusiveAndPerQuery)
+TEST_P(NnIndex, TheRadiusIsExclusiveAndPerQuery)
 {
     const auto cloud = CSimplePointsMap::Create();
     cloud->insertPoint(3, 0, 0);
     PointArrays queries;
     queries.x = {0, 0, 0}, queries.y = queries.z = {0, 0, 0};
-    const auto f = ask(*make_kdtree_index(cloud), queries, 1, {9.0f, std::nextafter(9.0f, 10.0f), 0.0f});
+    const auto f = ask(*make(cloud), queries, 1, {9.0f, std::nextafter(9.0f, 10.0f), 0.0f});
     EXPECT_EQ(f.ids, (std::vector<uint32_t>{NO_NEIGHBOR, 0, NO_NEIGHBOR}));
     EXPECT_EQ(f.dist_sq, (std::vector<float>{INF, 9.0f, INF}));
 }
 
-TEST(NnIndex, OnlyTheAskedRangeIsWritten)
+TEST_P(NnIndex, OnlyTheAskedRangeIsWritten)
 {
     const auto cloud = random_cloud(100, 3, 1);
     const auto queries = random_queries(10, 4, 1);
     const std::vector<float> limits(10, INF);
     std::vector<uint32_t> ids(20, 777);
     std::vector<float> dist_sq(20, -1);
-    make_kdtree_index(cloud)->nearest(queries, 3, 6, 2, limits.data(), ids.data(), dist_sq.data());
+    make(cloud)->nearest(queries, 3, 6, 2, limits.data(), ids.data(), dist_sq.data());
     const auto truth = brute_force(*cloud, queries, 2, limits);
     for (size_t i = 0; i < 20; i++)
     {
@@ -152,9 +172,9 @@ TEST(NnIndex, OnlyTheAskedRangeIsWritten)
     }
 }
 
-TEST(NnIndex, AnEmptyCloudHasNoNeighbours)
+TEST_P(NnIndex, AnEmptyCloudHasNoNeighbours)
 {
-    const auto index = make_kdtree_index(CSimplePointsMap::Create());
+    const auto index = make(CSimplePointsMap::Create());
     EXPECT_EQ(index->size(), 0u);
     const auto queries = random_queries(3, 5, 1);
     const auto f = ask(*index, queries, 2, std::vector<float>(3, INF));
@@ -162,25 +182,25 @@ TEST(NnIndex, AnEmptyCloudHasNoNeighbours)
     EXPECT_EQ(f.dist_sq, std::vector<float>(6, INF));
 }
 
-TEST(NnIndex, AskingForNoNeighbourWritesNothing)
+TEST_P(NnIndex, AskingForNoNeighbourWritesNothing)
 {
-    const auto index = make_kdtree_index(random_cloud(50, 6, 1));
+    const auto index = make(random_cloud(50, 6, 1));
     const auto queries = random_queries(3, 7, 1);
     EXPECT_TRUE(ask(*index, queries, 0, std::vector<float>(3, INF)).ids.empty());
 }
 
-TEST(NnIndex, ACloudOfEqualPointsIsIndexed)
+TEST_P(NnIndex, ACloudOfEqualPointsIsIndexed)
 {
     const auto cloud = CSimplePointsMap::Create();
     for (int i = 0; i < 1000; i++) cloud->insertPoint(1, 2, 3);
     PointArrays queries;
     queries.x = {1}, queries.y = {2}, queries.z = {4};
-    const auto f = ask(*make_kdtree_index(cloud), queries, 3, {INF});
+    const auto f = ask(*make(cloud), queries, 3, {INF});
     EXPECT_EQ(f.ids, (std::vector<uint32_t>{0, 1, 2}));
     EXPECT_EQ(f.dist_sq, (std::vector<float>{1, 1, 1}));
 }
 
-TEST(NnIndex, PointsThatAreNotFiniteAreNeverFoundAndDoNotDisturb)
+TEST_P(NnIndex, PointsThatAreNotFiniteAreNeverFoundAndDoNotDisturb)
 {
     const auto cloud = random_cloud(500, 8, 10);
     const float bad[] = {std::numeric_limits<float>::quiet_NaN(), INF, -INF};
@@ -191,7 +211,7 @@ TEST(NnIndex, PointsThatAreNotFiniteAreNeverFoundAndDoNotDisturb)
         p[i % 2] = bad[i / 3 % 3];
         cloud->setPoint(i, p[0], p[1], p[2]);
     }
-    const auto index = make_kdtree_index(cloud);
+    const auto index = make(cloud);
     EXPECT_EQ(index->size(), 500u);
     const auto queries = random_queries(100, 9, 12);
     for (const uint32_t k : {1u, 4u})
@@ -201,22 +221,22 @@ TEST(NnIndex, PointsThatAreNotFiniteAreNeverFoundAndDoNotDisturb)
     }
     const auto none = CSimplePointsMap::Create();
     none->insertPoint(bad[0], 0, 0);
-    EXPECT_EQ(ask(*make_kdtree_index(none), queries, 1, std::vector<float>(100, INF)).ids,
+    EXPECT_EQ(ask(*make(none), queries, 1, std::vector<float>(100, INF)).ids,
               std::vector<uint32_t>(100, NO_NEIGHBOR));
 }
 
-TEST(NnIndex, AQueryThatIsNotFiniteHasNoNeighbour)
+TEST_P(NnIndex, AQueryThatIsNotFiniteHasNoNeighbour)
 {
     PointArrays queries;
     queries.x = {std::numeric_limits<float>::quiet_NaN(), INF}, queries.y = queries.z = {0, 0};
-    const auto f = ask(*make_kdtree_index(random_cloud(50, 10, 1)), queries, 1, {INF, INF});
+    const auto f = ask(*make(random_cloud(50, 10, 1)), queries, 1, {INF, INF});
     EXPECT_EQ(f.ids, (std::vector<uint32_t>{NO_NEIGHBOR, NO_NEIGHBOR}));
 }
 
-TEST(NnIndex, SeveralThreadsGetTheAnswersOfOne)
+TEST_P(NnIndex, SeveralThreadsGetTheAnswersOfOne)
 {
     const auto cloud = random_cloud(3000, 11, 10);
-    const auto index = make_kdtree_index(cloud);
+    const auto index = make(cloud);
     const auto queries = random_queries(2000, 12, 10);
     const std::vector<float> limits(2000, INF);
     const auto alone = ask(*index, queries, 3, limits);
@@ -225,4 +245,49 @@ TEST(NnIndex, SeveralThreadsGetTheAnswersOfOne)
     for (auto& f : found) threads.emplace_back([&]() { f = ask(*index, queries, 3, limits); });
     for (auto& t : threads) t.join();
     for (const auto& f : found) EXPECT_EQ(f, alone);
+}
+
+// ---- The choice -------------------------------------------------------------------------------------------
+
+TEST(BlockGridIndex, IsMadeForCloudsOfEvenDensityAndNotForOthers)
+{
+    const auto flat = CSimplePointsMap::Create(), line = CSimplePointsMap::Create();
+    for (int i = 0; i < 4000; i++)
+    {
+        flat->insertPoint(0.1f * static_cast<float>(i % 80), 0.1f * static_cast<float>(i / 80), 0);
+        line->insertPoint(0.1f * static_cast<float>(i), 0, 0);
+    }
+    EXPECT_NE(make_block_grid_index(flat), nullptr);
+    EXPECT_NE(make_block_grid_index(line), nullptr);
+    EXPECT_NE(make_block_grid_index(random_cloud(4000, 1, 10)), nullptr);
+    EXPECT_NE(make_block_grid_index(CSimplePointsMap::Create()), nullptr);
+    // Nearly all points at one place.
+    const auto crowd = random_cloud(20, 2, 1000);
+    for (int i = 0; i < 4000; i++) crowd->insertPoint(0, 0, 0);
+    EXPECT_EQ(make_block_grid_index(crowd), nullptr);
+    const auto queries = random_queries(50, 3, 1000);
+    const std::vector<float> limits(queries.size(), INF);
+    EXPECT_EQ(ask(*make_nn_index(crowd), queries, 2, limits), brute_force(*crowd, queries, 2, limits));
+}
+
+TEST(BlockGridIndex, FindsWhatTheTreeFindsInScansOfUnevenDensity)
+{
+    // Rings of a LiDAR: the density falls with the square of the range.
+    SeededRandom random(4);
+    const auto cloud = CSimplePointsMap::Create();
+    for (int i = 0; i < 20000; i++)
+    {
+        const double range = 2 * std::exp(random.uniform(0, 3)), angle = random.uniform(-M_PI, M_PI);
+        cloud->insertPoint(static_cast<float>(range * std::cos(angle)),
+                           static_cast<float>(range * std::sin(angle)),
+                           static_cast<float>(random.gaussian(0.05)));
+    }
+    const auto index = make_nn_index(cloud), tree = make_kdtree_index(cloud);
+    const auto queries = random_queries(2000, 5, 40);
+    for (const float limit : {0.04f, 1.0f, INF})
+    {
+        const std::vector<float> limits(queries.size(), limit);
+        for (const uint32_t k : {1u, 4u})
+            EXPECT_EQ(ask(*index, queries, k, limits), ask(*tree, queries, k, limits));
+    }
 }

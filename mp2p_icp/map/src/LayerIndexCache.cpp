@@ -40,7 +40,7 @@ NearestNeighborIndex::ConstPtr LayerIndexCache::get(const std::string& layer,
     Entry& e = entries_[layer];
     if (!e.index || e.points != points.get() || e.fingerprint != fingerprint ||
         e.leaf_max_points != leaf_max_points)
-        e = {points.get(), fingerprint, leaf_max_points, make_kdtree_index(points, leaf_max_points)};
+        e = {points.get(), fingerprint, leaf_max_points, make_nn_index(points, leaf_max_points)};
     return e.index;
 }
 

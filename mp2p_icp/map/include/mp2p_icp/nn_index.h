@@ -50,4 +50,15 @@ class NearestNeighborIndex
 NearestNeighborIndex::ConstPtr make_kdtree_index(const mrpt::maps::CPointsMap::ConstPtr& points,
                                                  uint32_t leaf_max_points = 0);
 
+/** Blocks (see BlockGrid) with some 16 points each; the same answers, two to three times as fast where the
+ * density of the points does not vary too much: voxel-decimated clouds, surfaces. Null where it does, so that
+ * a search among the points would look at more than some 100 of them on average. The map is kept alive, and
+ * must not change.
+ */
+NearestNeighborIndex::ConstPtr make_block_grid_index(const mrpt::maps::CPointsMap::ConstPtr& points);
+
+/// The faster one for these points. \param leaf_max_points if not 0: a KD-tree with such leaves
+NearestNeighborIndex::ConstPtr make_nn_index(const mrpt::maps::CPointsMap::ConstPtr& points,
+                                             uint32_t leaf_max_points = 0);
+
 }  // namespace mp2p_icp

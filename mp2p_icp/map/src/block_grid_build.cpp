@@ -1,0 +1,298 @@
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <numeric>
+#include <stdexcept>
+
+#include "block_grid_data.h"
+
+namespace mp2p_icp
+{
+namespace
+{
+using Double2 = double __attribute__((vector_size(16)));
+constexpr float INF = std::numeric_limits<float>::infinity();
+
+template <class Work>
+void for_chunks(size_t count, const Work& work)
+{
+    for (size_t first = 0; first < count; first += CELL_CHUNK)
+        work(first, std::min(CELL_CHUNK, count - first));
+}
+
+/// How many of eight bits are set.
+struct BitCounts
+{
+    std::array<uint8_t, 256> count{};
+    constexpr BitCounts()
+    {
+        for (size_t b = 1; b < 256; b++) count[b] = static_cast<uint8_t>(count[b / 2] + b % 2);
+    }
+};
+constexpr BitCounts BITS;
+
+/// Where in its block each cell is: x + 4 y + 16 z.
+void find_cells_in_blocks(const ChunkCells& c, size_t count, uint8_t* cell_in_block)
+{
+    for (size_t k = 0; k < count; k++)
+        cell_in_block[k] =
+            static_cast<uint8_t>((c.cell[0][k] & 3) | (c.cell[1][k] & 3) << 2 | (c.cell[2][k] & 3) << 4);
+}
+
+/// The block of each point of a chunk. \return how many have one
+size_t find_blocks(const ChunkCells& c, size_t count, BlockTable& table, uint32_t* block_of_point)
+{
+    size_t found = 0;
+    for (size_t k = 0; k < count; k++)
+    {
+        const int32_t x = c.cell[0][k], y = c.cell[1][k], z = c.cell[2][k];
+        const bool is_there = x != NO_CELL;
+        block_of_point[k] = is_there ? table.find_or_add({x >> 2, y >> 2, z >> 2}) : NO_BLOCK;
+        found += is_there;
+    }
+    return found;
+}
+
+void mark_voxels(const uint32_t* block_of_point, const uint8_t* cell_in_block, size_t count, uint64_t* masks)
+{
+    for (size_t k = 0; k < count; k++)
+        if (block_of_point[k] != NO_BLOCK) masks[block_of_point[k]] |= uint64_t(1) << cell_in_block[k];
+}
+
+/// Finds the block of each point (into voxel_of_point, for now) and its cell there. A chunk at a time, in
+/// steps that do one thing: several times faster than all of it point by point.
+void assign_blocks(const PointView& points, BlockGridData& d)
+{
+    d.voxel_of_point.resize(points.size);
+    d.scratch.cell_in_block.resize(points.size);
+    d.scratch.masks.clear();
+    const FarPoints far_points = d.has_voxels() ? FarPoints::Refuse : FarPoints::InOutermostCell;
+    ChunkCells c;
+    for_chunks(points.size,
+               [&](size_t first, size_t count)
+               {
+                   uint8_t* const cells = &d.scratch.cell_in_block[first];
+                   uint32_t* const blocks = &d.voxel_of_point[first];
+                   find_cells(d.frame, points, first, count, far_points, c);
+                   find_cells_in_blocks(c, count, cells);
+                   d.skipped_points += count - find_blocks(c, count, d.table, blocks);
+                   d.scratch.masks.resize(d.table.size(), 0);
+                   mark_voxels(blocks, cells, count, d.scratch.masks.data());
+               });
+}
+
+/// Numbers the voxels: by block, in a block by cell.
+void number_voxels(BlockGridData& d)
+{
+    const size_t blocks = d.table.size();
+    d.voxel_masks.resize(blocks);
+    d.first_voxel.resize(blocks + 1);
+    d.scratch.rows.resize(blocks);
+    uint32_t voxel = 0;
+    for (size_t b = 0; b < blocks; b++)
+    {
+        const uint32_t old = d.scratch.old_numbers[b];
+        d.voxel_masks[b] = d.scratch.masks[old];
+        d.first_voxel[b] = voxel;
+        BlockRows& rows = d.scratch.rows[old];
+        rows.centre = block_centre(d.frame, d.table[static_cast<uint32_t>(b)]);
+        rows.first_voxel = voxel;
+        uint32_t before = 0;
+        for (size_t r = 0; r < 8; r++)
+        {
+            rows.before[r] = static_cast<uint8_t>(before);
+            rows.occupied[r] = static_cast<uint8_t>(d.voxel_masks[b] >> (8 * r));
+            before += BITS.count[rows.occupied[r]];
+        }
+        voxel += before;
+    }
+    d.first_voxel[blocks] = voxel;
+}
+
+uint32_t voxel_at(const BlockRows& rows, uint32_t cell)
+{
+    const uint32_t row = cell >> 3, below = (1u << (cell & 7)) - 1;
+    return rows.first_voxel + rows.before[row] + BITS.count[rows.occupied[row] & below];
+}
+
+/// Adds one point to the sums of its voxel.
+template <size_t SUMS>
+void add_point(double* sums, double x, double y, double z)
+{
+    const auto add = [sums](size_t k, const Double2& v)
+    {
+        Double2 sum;
+        std::memcpy(&sum, sums + k, sizeof(sum));
+        sum += v;
+        std::memcpy(sums + k, &sum, sizeof(sum));
+    };
+    const Double2 yz{y, z};
+    add(0, Double2{1, x}), add(2, yz);
+    if (SUMS == SUMS_WITHOUT_MOMENTS) return;
+    add(4, Double2{x, x} * Double2{x, y}), add(6, Double2{x, y} * Double2{z, y}), add(8, yz * Double2{z, z});
+}
+
+/// The voxel of each point, and the sums of each voxel.
+template <size_t SUMS>
+void sum_voxels(const PointView& points, BlockGridData& d)
+{
+    const size_t voxels = d.first_voxel.back();
+    d.sums.assign(voxels * SUMS, 0.0);
+    d.first_points.assign(voxels, std::numeric_limits<uint32_t>::max());
+    const double scale = d.frame.inverse_side;
+    for (size_t i = 0; i < points.size; i++)
+    {
+        const uint32_t block = d.voxel_of_point[i];
+        if (block == NO_BLOCK) continue;  // and stays NO_NEIGHBOR
+        const BlockRows& rows = d.scratch.rows[block];
+        const uint32_t voxel = voxel_at(rows, d.scratch.cell_in_block[i]);
+        d.voxel_of_point[i] = voxel;
+        d.first_points[voxel] = std::min(d.first_points[voxel], static_cast<uint32_t>(i));
+        add_point<SUMS>(&d.sums[voxel * SUMS], double(points.x[i]) * scale - rows.centre[0],
+                        double(points.y[i]) * scale - rows.centre[1],
+                        double(points.z[i]) * scale - rows.centre[2]);
+    }
+}
+static_assert(NO_BLOCK == NO_NEIGHBOR, "left out points keep it");
+
+size_t sums_per_voxel(const BlockGridOptions& o)
+{
+    return o.moments ? SUMS_WITH_MOMENTS : SUMS_WITHOUT_MOMENTS;
+}
+
+void count_points(BlockGridData& d)
+{
+    const size_t stride = sums_per_voxel(d.options);
+    d.point_counts.resize(d.first_voxel.back());
+    for (size_t v = 0; v < d.point_counts.size(); v++)
+        d.point_counts[v] = static_cast<uint32_t>(d.sums[v * stride]);
+}
+
+void compute_means(BlockGridData& d)
+{
+    const size_t stride = sums_per_voxel(d.options);
+    d.means.resize(d.first_voxel.back());
+    float* const mean[3] = {d.means.x.data(), d.means.y.data(), d.means.z.data()};
+    for (uint32_t b = 0; b < d.table.size(); b++)
+    {
+        const auto centre = block_centre(d.frame, d.table[b]);
+        for (size_t v = d.first_voxel[b]; v < d.first_voxel[b + 1]; v++)
+            for (size_t a = 0; a < 3; a++)
+            {
+                const double in_block = d.sums[v * stride + 1 + a] / d.sums[v * stride];
+                mean[a][v] = static_cast<float>((in_block + centre[a]) * d.frame.side);
+            }
+    }
+}
+
+/// Room for `count(block)` elements in each block.
+template <class Count>
+void open_slots(BlockGridData& d, const Count& count)
+{
+    const size_t blocks = d.table.size();
+    d.slots.first.resize(blocks + 1);
+    uint32_t slot = 0;
+    for (uint32_t b = 0; b < blocks; b++)
+    {
+        d.slots.first[b] = slot;
+        slot += (count(b) + SLOT_GROUP - 1) / SLOT_GROUP * SLOT_GROUP;
+    }
+    d.slots.first[blocks] = slot;
+    for (auto* v : {&d.slots.x, &d.slots.y, &d.slots.z}) v->resize(slot);
+    d.slots.id.resize(slot);
+    d.scratch.block_boxes.assign(blocks, ElementBox());
+}
+
+void fill_up(ElementSlots& slots, size_t first, size_t last)
+{
+    for (size_t s = first; s < last; s++)
+    {
+        slots.x[s] = slots.y[s] = slots.z[s] = INF;
+        slots.id[s] = NO_NEIGHBOR;
+    }
+}
+
+void put_element(BlockGridData& d, uint32_t block, size_t slot, const PointView& elements, uint32_t id)
+{
+    const float x = elements.x[id], y = elements.y[id], z = elements.z[id];
+    d.slots.x[slot] = x, d.slots.y[slot] = y, d.slots.z[slot] = z;
+    d.slots.id[slot] = id;
+    d.scratch.block_boxes[block].add(x, y, z);
+}
+
+void put_means_into_slots(BlockGridData& d)
+{
+    open_slots(d, [&](uint32_t b) { return d.first_voxel[b + 1] - d.first_voxel[b]; });
+    for (uint32_t b = 0; b < d.table.size(); b++)
+    {
+        size_t slot = d.slots.first[b];
+        for (uint32_t v = d.first_voxel[b]; v < d.first_voxel[b + 1]; v++)
+            put_element(d, b, slot++, d.means, v);
+        fill_up(d.slots, slot, d.slots.first[b + 1]);
+    }
+}
+
+/// voxel_of_point still holds the blocks, as numbered at first.
+void put_points_into_slots(const PointView& points, BlockGridData& d)
+{
+    const size_t blocks = d.table.size();
+    std::vector<uint32_t> counts(blocks, 0), new_numbers(blocks);
+    for (const uint32_t b : d.voxel_of_point)
+        if (b != NO_BLOCK) counts[b]++;
+    for (uint32_t b = 0; b < blocks; b++) new_numbers[d.scratch.old_numbers[b]] = b;
+    open_slots(d, [&](uint32_t b) { return counts[d.scratch.old_numbers[b]]; });
+    auto& next = d.scratch.next_slot;
+    next.assign(d.slots.first.begin(), d.slots.first.end() - 1);
+    for (uint32_t i = 0; i < points.size; i++)
+        if (const uint32_t old = d.voxel_of_point[i]; old != NO_BLOCK)
+            put_element(d, new_numbers[old], next[new_numbers[old]]++, points, i);
+    for (uint32_t b = 0; b < blocks; b++) fill_up(d.slots, next[b], d.slots.first[b + 1]);
+}
+
+void sum_all_voxels(const PointView& points, BlockGridData& d)
+{
+    number_voxels(d);
+    if (d.options.moments)
+        sum_voxels<SUMS_WITH_MOMENTS>(points, d);
+    else
+        sum_voxels<SUMS_WITHOUT_MOMENTS>(points, d);
+    count_points(d);
+}
+}  // namespace
+
+void BlockGridData::clear()
+{
+    size = skipped_points = 0;
+    table.clear();
+    voxel_masks.clear(), first_voxel.assign(1, 0), sums.clear();
+    means.resize(0);
+    point_counts.clear(), first_points.clear(), voxel_of_point.clear();
+    for (auto* v : {&slots.x, &slots.y, &slots.z}) v->clear();
+    slots.id.clear(), slots.first.assign(1, 0);
+    boxes.build({});
+}
+
+void BlockGridData::build(const PointView& points, const BlockGridOptions& new_options)
+{
+    options = new_options;
+    if (points.size >= MAX_POINTS)
+        throw std::invalid_argument("BlockGrid: can hold fewer than 2^29 points, not " +
+                                    std::to_string(points.size));
+    frame = CellFrame(options.voxel_size, points);
+    assign_blocks(points, *this);
+    table.sort_along_curve(scratch.old_numbers);
+    if (options.elements == GridElements::Points) put_points_into_slots(points, *this);
+    if (has_voxels()) sum_all_voxels(points, *this);
+    if (options.elements == GridElements::VoxelMeans)
+    {
+        compute_means(*this);
+        put_means_into_slots(*this);
+    }
+    size = options.elements == GridElements::Points ? points.size : means.size();
+    if (!has_voxels()) voxel_of_point.clear();
+    if (!options.moments) sums.clear();
+    boxes.build(scratch.block_boxes);
+}
+
+}  // namespace mp2p_icp

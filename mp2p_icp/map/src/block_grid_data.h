@@ -1,0 +1,85 @@
+#pragma once
+
+#include <mp2p_icp/block_grid.h>
+
+#include <array>
+
+#include "block_grid_boxes.h"
+#include "block_grid_cells.h"
+#include "block_grid_table.h"
+
+namespace mp2p_icp
+{
+/// Slots are scanned so many at a time; each block has a multiple of it.
+constexpr uint32_t SLOT_GROUP = 4;
+
+/// Numbers of slots are int32_t.
+constexpr size_t MAX_POINTS = (size_t(1) << 31) / SLOT_GROUP;
+
+/// Elements in the order of the blocks, within a block by increasing index. Groups are filled up with
+/// infinite coordinates, which are nearest to nothing.
+struct ElementSlots
+{
+    std::vector<float> x, y, z;
+    std::vector<uint32_t> id;
+    std::vector<uint32_t> first;  ///< of each block, and the end
+};
+
+/** Sums over the points of a voxel, in cells from the centre of its block, where they are small: number, x,
+ * y, z, and with moments xx, xy, xz, yy, yz, zz.
+ */
+constexpr size_t SUMS_WITHOUT_MOMENTS = 4, SUMS_WITH_MOMENTS = 10;
+
+/// What summing needs of a block, in one cache line. Its occupied voxels by rows of eight (cells are x + 4 y
+/// + 16 z).
+struct alignas(64) BlockRows
+{
+    std::array<double, 3> centre{};  ///< cells from zero
+    uint32_t first_voxel = 0;
+    std::array<uint8_t, 8> before{};  ///< how many in the rows before
+    std::array<uint8_t, 8> occupied{};
+};
+
+/// What rebuild() needs meanwhile; kept for the next time.
+struct BuildScratch
+{
+    std::vector<uint8_t> cell_in_block;  ///< of each point
+    std::vector<uint64_t> masks;         ///< of each block, as numbered at first
+    std::vector<uint32_t> old_numbers;
+    std::vector<BlockRows> rows;  ///< of each block, as numbered at first
+    std::vector<uint32_t> next_slot;
+    std::vector<ElementBox> block_boxes;
+};
+
+struct BlockGridData
+{
+    BlockGridOptions options;
+    size_t size = 0, skipped_points = 0;
+    CellFrame frame;
+    BlockTable table;
+
+    std::vector<uint64_t> voxel_masks;  ///< of each block: its occupied cells
+    std::vector<uint32_t> first_voxel;  ///< of each block, and the end
+    std::vector<double> sums;           ///< of each voxel
+    PointArrays means;                  ///< of each voxel, as are the next two
+    std::vector<uint32_t> point_counts, first_points;
+    std::vector<uint32_t> voxel_of_point;
+
+    ElementSlots slots;
+    BoxTree boxes;
+
+    BuildScratch scratch;
+
+    bool has_voxels() const { return options.elements == GridElements::VoxelMeans || options.moments; }
+    void clear();
+    void build(const PointView& points, const BlockGridOptions& new_options);
+};
+
+/// The middle of a block, in cells from zero.
+inline std::array<double, 3> block_centre(const CellFrame& frame, const BlockCoord& b)
+{
+    return {4.0 * b.x + 2 + frame.corner[0], 4.0 * b.y + 2 + frame.corner[1],
+            4.0 * b.z + 2 + frame.corner[2]};
+}
+
+}  // namespace mp2p_icp
