@@ -1,6 +1,7 @@
 #pragma once
 
 #include <mp2p_icp/errorTerms.h>
+#include <mp2p_icp/optimal_tf_certified.h>
 #include <mp2p_icp/optimal_tf_gauss_newton.h>
 #include <mp2p_icp/optimal_tf_horn.h>
 #include <mp2p_icp/optimal_tf_olae.h>
@@ -294,6 +295,20 @@ inline NamedSolver olae_solver(const char* name, mp2p_icp::OlaeSystem system, bo
                 return mp2p_icp::optimal_tf_olae(s.pairings, weights_of(s), out, guess, p);
             }};
 }
+inline NamedSolver certified_solver()
+{
+    return {"Certified", false,
+            [](const FittingSet& s, const Guess& guess, OptimalTF_Result& out)
+            {
+                mp2p_icp::CertifiedParameters p;
+                p.weights = weights_of(s), p.guess = guess;
+                mp2p_icp::CertifiedResult result;
+                result.optimalPose = out.optimalPose;
+                const bool solved = mp2p_icp::optimal_tf_certified(s.pairings, result, p);
+                out = result;
+                return solved;
+            }};
+}
 /// With steps enough for full precision.
 inline NamedSolver gauss_newton_solver()
 {
@@ -309,10 +324,12 @@ inline NamedSolver gauss_newton_solver()
 inline std::vector<NamedSolver> closed_forms()
 {
     using mp2p_icp::OlaeSystem;
-    return {horn_solver(), olae_solver("OlaeReport", OlaeSystem::Report, true),
+    return {horn_solver(),
+            olae_solver("OlaeReport", OlaeSystem::Report, true),
             olae_solver("OlaeLeastSquares", OlaeSystem::LeastSquares, true),
             olae_solver("OlaeNewton", OlaeSystem::Newton, true),
-            olae_solver("OlaeWithLengths", OlaeSystem::Report, false)};
+            olae_solver("OlaeWithLengths", OlaeSystem::Report, false),
+            certified_solver()};
 }
 inline std::vector<NamedSolver> all_solvers()
 {

@@ -1,3 +1,4 @@
+#include <mp2p_icp/optimal_tf_certified.h>
 #include <mp2p_icp/optimal_tf_gauss_newton.h>
 #include <mp2p_icp/optimal_tf_horn.h>
 #include <mp2p_icp/optimal_tf_olae.h>
@@ -46,6 +47,16 @@ bool solve_gauss_newton(const Pairings& p, const PairWeights& weights, OptimalTF
     return optimal_tf_gauss_newton(p, result, parameters);
 }
 
+bool solve_certified(const Pairings& p, const PairWeights& weights, OptimalTF_Result& result)
+{
+    CertifiedParameters parameters;
+    parameters.weights.pair_weights = weights;
+    CertifiedResult certified;
+    const bool solved = optimal_tf_certified(p, certified, parameters);
+    result = certified;
+    return solved;
+}
+
 /** Each takes every mix. Closed forms see in a mix:
  *
  *      mixes                            rotation from                        translation from
@@ -66,7 +77,8 @@ const std::vector<NamedSolver>& solvers()
                                                  olae("least_squares", OlaeSystem::LeastSquares, false),
                                                  olae("newton", OlaeSystem::Newton, true),
                                                  olae("newton", OlaeSystem::Newton, false),
-                                                 {"gauss_newton", solve_gauss_newton, 1e-9}};
+                                                 {"gauss_newton", solve_gauss_newton, 1e-9},
+                                                 {"certified", solve_certified, 1e-9}};
     return all;
 }
 

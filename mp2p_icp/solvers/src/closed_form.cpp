@@ -233,25 +233,35 @@ std::vector<Candidate> candidates_at(const PreparedPairings& in, const PoseQuadr
     return out;
 }
 
-/** The pose of least squares over all rotations. Sums cannot tell minima apart whose costs differ by less
- * than 1e-9 of what is typical: residuals can. Of those that are equal even then, the one nearest to the
- * guess.
- */
-CPose3D search_globally(const PreparedPairings& in, const PoseQuadratic& q, const CPose3D& guess)
+/// Those that are lowest, for all that residuals can tell.
+void keep_lowest(const PoseQuadratic& q, std::vector<Candidate>& candidates)
 {
-    const OriginPose at_guess = relative_to(q.a_centre, q.b_centre, guess);
-    std::vector<Candidate> candidates = candidates_at(in, q, at_guess);
     const auto lower = [](const Candidate& a, const Candidate& b) { return a.cost < b.cost; };
     const double least = std::min_element(candidates.begin(), candidates.end(), lower)->cost,
                  equal = least * (1 + 1e-9) + cost_rounding(q, least);
     candidates.erase(std::remove_if(candidates.begin(), candidates.end(),
                                     [&](const Candidate& c) { return !(c.cost <= equal); }),
                      candidates.end());
+}
+
+const Candidate& nearest(const std::vector<Candidate>& candidates, const Matrix3d& guess)
+{
+    return *std::min_element(candidates.begin(), candidates.end(),
+                             [&](const auto& a, const auto& b)
+                             { return turn_from(a, guess) < turn_from(b, guess); });
+}
+
+/** The pose of least squares over all rotations. Sums cannot tell minima apart whose costs differ by less
+ * than 1e-9 of what is typical: residuals can. Of those that are equal even then, the one nearest to the
+ * guess.
+ */
+CPose3D search_globally(const PreparedPairings& in, const PoseQuadratic& q, const CPose3D& guess)
+{
+    const OriginPose at_guess = q.relative(guess);
+    std::vector<Candidate> candidates = candidates_at(in, q, at_guess);
+    keep_lowest(q, candidates);
     for (auto& c : candidates) c.pose = nearest_to_guess(in, c.pose, guess);
-    return std::min_element(candidates.begin(), candidates.end(),
-                            [&](const auto& a, const auto& b)
-                            { return turn_from(a, at_guess.R) < turn_from(b, at_guess.R); })
-        ->pose;
+    return nearest(candidates, at_guess.R).pose;
 }
 
 /// The rotation at which free directions get their signs.
@@ -316,6 +326,19 @@ bool solve_closed_form(PreparedPairings& in, const ClosedForm& how, OptimalTF_Re
     result.status = SolveStatus::NoPairings, result.rank = 0, result.free.clear();
     if (!(sums.weight(in) > 0) || !sums.usable()) return false;
     return !sums.others ? solve_points(in, sums, how, result) : solve_mixed(in, sums, how, result);
+}
+
+size_t lowest_by_residuals(const PreparedPairings& in, const PoseQuadratic& q,
+                           const std::vector<CPose3D>& poses, const Matrix3d& guess)
+{
+    std::vector<Candidate> candidates;
+    for (const auto& pose : poses) candidates.push_back(settled(in, pose));
+    keep_lowest(q, candidates);
+    const Matrix3d chosen = rotation_of(nearest(candidates, guess).pose);
+    const auto nearer = [&](const CPose3D& a, const CPose3D& b) {
+        return turn_from({a, 0}, chosen) < turn_from({b, 0}, chosen);
+    };
+    return static_cast<size_t>(std::min_element(poses.begin(), poses.end(), nearer) - poses.begin());
 }
 
 void describe_pose(const PreparedPairings& in, const std::optional<double>& sigma, OptimalTF_Result& result)

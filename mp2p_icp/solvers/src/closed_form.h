@@ -36,6 +36,11 @@ void set_rank(const Observability& seen, OptimalTF_Result& result);
 void describe_pose(const PreparedPairings& pairings, const std::optional<double>& sigma,
                    OptimalTF_Result& result);
 
+/// Which of these poses, minima that cost the same as far as sums can tell, costs least by residuals; of
+/// several, the one nearest to the guess.
+size_t lowest_by_residuals(const PreparedPairings& in, const PoseQuadratic& q,
+                           const std::vector<mrpt::poses::CPose3D>& poses, const Eigen::Matrix3d& guess);
+
 /** The pose that minimises the sum of squares of all rows of all kinds, over all rotations: a start for
  * Gauss-Newton. Horn's for points alone, a search on sums otherwise. False as above.
  */

@@ -109,25 +109,54 @@ void collapse_valleys(const RotationQuadratic& f, const Matrix3d& guess, Search&
     if (moved) s.prove_again();
 }
 
-/// Of those that cost the same but for rounding, the one nearest to the guess comes first.
-void put_nearest_first(const RotationQuadratic& f, const Matrix3d& guess, Search& s)
+/// What is solved, and the pairings behind it where they are known.
+struct Problem
 {
-    const double limit = s.minima.front().cost + 4e-15 * f.matrix().norm();
+    PoseQuadratic pairings, all;  ///< without and with the prior
+    const PreparedPairings* in = nullptr;
+    OriginPose guess;  ///< relative to `all`
+
+    CPose3D pose_at(const Matrix3d& R) const { return all.absolute({R, all.best_translation(R, guess.c)}); }
+};
+
+/// How many of the lowest minima cost the same, but for the rounding of sums.
+size_t count_lowest(const Search& s)
+{
+    const double limit = s.minima.front().cost + 2 * s.f.rounding();
     const auto end =
         std::find_if(s.minima.begin(), s.minima.end(), [limit](const auto& m) { return m.cost > limit; });
-    const auto nearest = std::min_element(
-        s.minima.begin(), end,
+    return static_cast<size_t>(end - s.minima.begin());
+}
+
+/// Of several, the one that residuals prefer comes first; else the one nearest to the guess.
+void put_best_first(const Problem& problem, Search& s)
+{
+    const size_t count = count_lowest(s);
+    if (count < 2) return;
+    const auto begin = s.minima.begin(), end = begin + static_cast<std::ptrdiff_t>(count);
+    const Matrix3d guess = problem.guess.R;
+    auto best = std::min_element(
+        begin, end,
         [&](const auto& a, const auto& b)
         { return rotation_between(a.R, guess).norm() < rotation_between(b.R, guess).norm(); });
-    if (nearest == s.minima.begin()) return;
-    std::rotate(s.minima.begin(), nearest, nearest + 1);
+    if (problem.in)
+    {
+        std::vector<CPose3D> poses;
+        for (auto m = begin; m != end; ++m) poses.push_back(problem.pose_at(m->R));
+        best =
+            begin + static_cast<std::ptrdiff_t>(lowest_by_residuals(*problem.in, problem.all, poses, guess));
+    }
+    if (best == begin) return;
+    std::rotate(begin, best, best + 1);
     s.prove_again();  // it costs the same, and has a proof of its own
 }
 
 /// Rank and free motions of the pairings at the result's pose.
-void describe(const PoseQuadratic& q, const std::optional<double>& sigma, OptimalTF_Result& result)
+void describe(const Problem& problem, const std::optional<double>& sigma, OptimalTF_Result& result)
 {
+    const PoseQuadratic& q = problem.pairings;
     if (clearly_determined(q, q.relative(result.optimalPose))) return set_determined(result);
+    if (problem.in) return describe_pose(*problem.in, sigma, result);
     AnalysisOptions options;
     options.sigma = sigma, options.epsilon = std::numeric_limits<double>::epsilon();
     set_rank(analyse(q, result.optimalPose, options), result);
@@ -170,35 +199,49 @@ std::string to_string(GlobalVerdict verdict)
     }
 }
 
-bool optimal_tf_certified(const PoseQuadratic& sums, CertifiedResult& result, const CertifiedParameters& p)
+namespace
 {
-    check(p);
-    const CPose3D unchanged = result.optimalPose;
-    const OutlierIndices outliers = result.outliers;
-    result = {}, result.optimalPose = unchanged, result.outliers = outliers, result.skipped = sums.skipped;
-    PoseQuadratic all = sums;
-    if (p.prior) all += pose_quadratic(*p.prior);
-    if (all.empty()) return false;
-
-    const RotationQuadratic f(all);
-    const OriginPose guess = all.relative(p.guess.value_or(CPose3D()));
+/// Everything but outliers and skipped pairings.
+void solve(const Problem& problem, const CertifiedParameters& p, CertifiedResult& result)
+{
+    const RotationQuadratic f(problem.all);
     Search s{f, p.tolerance, {}, {}};
     search(p, s);
     const bool depends = f.depends_on_rotation(s.minima.front().cost);
+    const Matrix3d guess = problem.guess.R;
     if (depends)
-        collapse_valleys(f, guess.R, s), put_nearest_first(f, guess.R, s);
+        collapse_valleys(f, guess, s), put_best_first(problem, s);
     else
-        s.minima = {{guess.R, f.cost(guess.R)}};
+        s.minima = {{guess, f.cost(guess)}};
 
-    for (const auto& m : s.minima)
-        result.minima.push_back({all.absolute({m.R, all.best_translation(m.R, guess.c)}), m.cost});
+    for (const auto& m : s.minima) result.minima.push_back({problem.pose_at(m.R), m.cost});
     result.optimalPose = result.minima.front().pose, result.cost = std::max(0.0, s.minima.front().cost);
     // Pairings and prior are sums of squares: nothing costs less than 0.
-    result.gap = std::min(s.proof.gap, result.cost + 4e-15 * f.matrix().norm());
+    result.gap = std::min(s.proof.gap, result.cost + f.rounding());
     result.scale = s.proof.scale, result.margin = s.margin, result.G = s.proof.G;
-    result.verdict = depends ? verdict_of(s, rises_everywhere(all, s)) : GlobalVerdict::Unobservable;
-    describe(sums, p.weights.sigma, result);
+    result.verdict = depends ? verdict_of(s, rises_everywhere(problem.all, s)) : GlobalVerdict::Unobservable;
+    describe(problem, p.weights.sigma, result);
+}
+
+bool solve(const PoseQuadratic& sums, const PreparedPairings* in, const CertifiedParameters& p,
+           CertifiedResult& result)
+{
+    check(p);
+    CertifiedResult fresh;
+    fresh.optimalPose = result.optimalPose, fresh.outliers = result.outliers, fresh.skipped = sums.skipped;
+    result = fresh;
+    Problem problem{sums, sums, in, {}};
+    if (p.prior) problem.all += pose_quadratic(*p.prior), problem.in = nullptr;
+    if (problem.all.empty()) return false;
+    problem.guess = problem.all.relative(p.guess.value_or(CPose3D()));
+    solve(problem, p, result);
     return true;
+}
+}  // namespace
+
+bool optimal_tf_certified(const PoseQuadratic& sums, CertifiedResult& result, const CertifiedParameters& p)
+{
+    return solve(sums, nullptr, p, result);
 }
 
 bool solve_certified(const Pairings& pairings, CertifiedResult& result, const CertifiedParameters& p,
@@ -212,7 +255,7 @@ bool solve_certified(const Pairings& pairings, CertifiedResult& result, const Ce
         certified = in;
         result.optimalPose = out.optimalPose, result.outliers = out.outliers;
         const PoseQuadratic q = sums.usable() ? pose_quadratic(sums, in) : PoseQuadratic();
-        const bool solved = optimal_tf_certified(q, result, now);
+        const bool solved = mp2p_icp::solve(q, &in, now, result);
         result.skipped = in.skipped();
         if (solved) now.guess = result.optimalPose;
         out = result;

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <optional>
 
 #include "euler_rates.h"
@@ -73,7 +74,7 @@ SpreadColumns stacked(const std::vector<Matrix3d>& rotations)
 
 /// Of a Hessian, below this part of the cost's scale: a valley, not a slope.
 constexpr double FLAT = 1e-9;
-constexpr int MOST_VALLEY_STEPS = 100;
+constexpr int MOST_VALLEY_STEPS = 200;
 constexpr double SAME_ROTATION = 1e-4;  // rad
 
 /// Newton's step, if the Hessian is clearly positive definite: most are, and this is ten times as fast as
@@ -157,12 +158,16 @@ RotationQuadratic::RotationQuadratic(const PoseQuadratic& of)
     Q_.topRightCorner<9, 1>() = -of.k.head<9>(), Q_.bottomLeftCorner<1, 9>() = -of.k.head<9>().transpose();
     Q_(9, 9) = of.qq;
     raw_cost_ = Q_.topLeftCorner<9, 9>().trace() / 3 + Q_(9, 9);
+    double rounded = Q_.norm();
     for (int i = 0; i < 3; i++)
     {
         if (!(eigen.eigenvalues()(i) > 1e-10 * eigen.eigenvalues()(2))) continue;
         const Vector10 row = Q_xt * eigen.eigenvectors().col(i);
         Q_ -= row * row.transpose() / eigen.eigenvalues()(i);
+        // The rounding of the row counts more where the translation is known badly.
+        rounded += Q_xt.norm() * row.norm() / eigen.eigenvalues()(i);
     }
+    rounding_ = 4e-15 * rounded;
     Q_ = (0.5 * (Q_ + Q_.transpose())).eval();
     mean_cost_ = Q_.topLeftCorner<9, 9>().trace() / 3 + Q_(9, 9);
 }
@@ -262,29 +267,42 @@ std::vector<RotationMinimum> all_minima(const RotationQuadratic& q, const Matrix
     return found;
 }
 
+namespace
+{
+/// Along flat directions, towards the guess.
+Vector3d way_along_valley(const RotationQuadratic& q, const Matrix3d& R, const Vector3d& to_guess)
+{
+    const auto d = q.derivatives(R);
+    const Eigen::SelfAdjointEigenSolver<Matrix3d> eigen(d.hessian);
+    Vector3d way = Vector3d::Zero();
+    for (int i = 0; i < 3; i++)
+        if (const Vector3d u = eigen.eigenvectors().col(i); eigen.eigenvalues()(i) < FLAT * q.scale(d.cost))
+            way += u * u.dot(to_guess);
+    return way;
+}
+}  // namespace
+
 RotationMinimum nearest_in_valley(const RotationQuadratic& q, const RotationMinimum& minimum,
                                   const Matrix3d& guess)
 {
     RotationMinimum at = minimum;
-    const double highest = minimum.cost + 1e-13 * std::max(q.scale(minimum.cost), 0.0);
+    const double highest = minimum.cost + 1e-13 * std::max(q.scale(minimum.cost), 0.0) + q.rounding();
+    // Where the ways become shorter but slowly, the curvature of the valley makes them too short.
+    double stretch = 1, last_way = std::numeric_limits<double>::infinity();
     for (int k = 0; k < MOST_VALLEY_STEPS; k++)
     {
-        const auto d = q.derivatives(at.R);
-        const Eigen::SelfAdjointEigenSolver<Matrix3d> eigen(d.hessian);
         const Vector3d to_guess = rotation_between(at.R, guess);
-        Vector3d step = Vector3d::Zero();
-        for (int i = 0; i < 3; i++)
-            if (const Vector3d u = eigen.eigenvectors().col(i);
-                eigen.eigenvalues()(i) < FLAT * q.scale(d.cost))
-                step += u * u.dot(to_guess);
-        if (step.norm() < 1e-12) break;
+        Vector3d way = way_along_valley(q, at.R, to_guess);
+        if (way.norm() < 1e-11) break;
+        stretch = way.norm() > 0.5 * last_way ? std::min(1.5 * stretch, 20.0) : 1.0;
+        last_way = way.norm();
+        way *= stretch;
         bool moved = false;
-        for (int halving = 0; halving < 6 && !moved; halving++, step *= 0.5)
+        for (int halving = 0; halving < 6 && !moved; halving++, way *= 0.5)
         {
-            const auto next = minimise_rotation(q, orthonormal(rotation_by(step) * at.R));
-            moved = next.cost <= highest && rotation_between(next.R, guess).norm() <
-                                                to_guess.norm() - 1e-3 * step.norm() * step.norm();
-            if (moved) at = next;
+            const auto next = minimise_rotation(q, orthonormal(rotation_by(way) * at.R));
+            moved = next.cost <= highest && rotation_between(next.R, guess).norm() < to_guess.norm() - 1e-14;
+            if (moved) at = next, stretch *= std::pow(0.5, halving);
         }
         if (!moved) break;
     }

@@ -26,6 +26,8 @@ class RotationQuadratic
     double cost(const Eigen::Matrix3d& R) const;
     Derivatives derivatives(const Eigen::Matrix3d& R) const;
 
+    /// By how much a cost may be off, because of how the matrix was made.
+    double rounding() const { return rounding_; }
     /// The mean cost over all rotations, minus `cost`: what costs are compared with.
     double scale(double cost) const { return mean_cost_ - cost; }
     /// Does the cost depend on R at all, apart from rounding?
@@ -33,7 +35,7 @@ class RotationQuadratic
 
  private:
     Eigen::Matrix<double, 10, 10> Q_;
-    double mean_cost_ = 0, raw_cost_ = 0;
+    double mean_cost_ = 0, raw_cost_ = 0, rounding_ = 0;
 };
 
 /// A local minimum of a RotationQuadratic.
