@@ -19,6 +19,7 @@ namespace mp2p_icp
 namespace
 {
 using Eigen::Matrix3d;
+using Eigen::Vector3d;
 using mrpt::poses::CPose3D;
 using Starts = std::vector<Matrix3d>;
 
@@ -91,19 +92,29 @@ void search(const CertifiedParameters& p, Search& s)
     s.prove(only);
 }
 
+/// Is it the same minimum? Where the cost rises with the fourth power, descents end around it.
+bool same_minimum(const Search& s, const Matrix3d& A, const Matrix3d& B)
+{
+    if (same_rotation(A, B)) return true;
+    const Vector3d turn = rotation_between(A, B);
+    return turn.norm() < 0.1 &&
+           s.f.cost(rotation_by(0.5 * turn) * A) <= s.minima.front().cost + s.tolerance * s.proof.scale;
+}
+
 /// Of points in one valley, the one that is nearest to the guess.
-void collapse_valleys(const RotationQuadratic& f, const Matrix3d& guess, Search& s)
+void collapse_valleys(const Matrix3d& guess, Search& s)
 {
     if (s.unique()) return;
     std::vector<RotationMinimum> out;
     const size_t equal = s.equal();
-    for (size_t i = 0; i < s.minima.size(); i++)
+    for (size_t i = 0; i < equal; i++)
     {
-        const auto at = i < equal ? nearest_in_valley(f, s.minima[i], guess) : s.minima[i];
+        const auto at = nearest_in_valley(s.f, s.minima[i], guess);
         const bool known =
-            std::any_of(out.begin(), out.end(), [&](const auto& o) { return same_rotation(o.R, at.R); });
+            std::any_of(out.begin(), out.end(), [&](const auto& o) { return same_minimum(s, o.R, at.R); });
         if (!known) out.push_back(at);
     }
+    out.insert(out.end(), s.minima.begin() + static_cast<std::ptrdiff_t>(equal), s.minima.end());
     const bool moved = out.front().R != s.minima.front().R;
     s.minima = out;
     if (moved) s.prove_again();
@@ -210,7 +221,7 @@ void solve(const Problem& problem, const CertifiedParameters& p, CertifiedResult
     const bool depends = f.depends_on_rotation(s.minima.front().cost);
     const Matrix3d guess = problem.guess.R;
     if (depends)
-        collapse_valleys(f, guess, s), put_best_first(problem, s);
+        collapse_valleys(guess, s), put_best_first(problem, s);
     else
         s.minima = {{guess, f.cost(guess)}};
 
