@@ -5,6 +5,7 @@
 #include <mrpt/io/CMemoryStream.h>
 #include <mrpt/serialization/CArchive.h>
 
+#include <algorithm>
 #include <cstring>
 
 #include "degenerate_sets.h"
@@ -328,6 +329,127 @@ TEST(PoseQuadraticOfAPrior, MustBeFiniteAndPositive)
     EXPECT_THROW(pose_quadratic(prior_of(CPose3D(NaN, 0, 0, 0, 0, 0), Matrix6::Identity())),
                  std::invalid_argument);
     EXPECT_TRUE(pose_quadratic(prior_of(CPose3D(), Matrix6::Zero())).empty());
+}
+
+namespace
+{
+/// Not cut off at zero as cost() is.
+double raw_cost(const PoseQuadratic& q, const CPose3D& pose)
+{
+    const OriginPose at = q.relative(pose);
+    Vector12 x;
+    x << at.R.col(0), at.R.col(1), at.R.col(2), at.c;
+    return x.dot(q.K * x) - 2 * q.k.dot(x) + q.qq;
+}
+/// Differences of x y z yaw pitch roll.
+Vector6 difference(const CPose3D& from, const CPose3D& to)
+{
+    const auto wrapped = [](double angle) { return std::remainder(angle, 2 * M_PI); };
+    Vector6 d;
+    d << translation_of(to) - translation_of(from), wrapped(to.yaw() - from.yaw()),
+        wrapped(to.pitch() - from.pitch()), wrapped(to.roll() - from.roll());
+    return d;
+}
+}  // namespace
+
+TEST(PoseQuadraticOfAPrior, IsItsCostToSecondOrderInTheTwistAtHalfTurnsAndSteepPitchToo)
+{
+    SeededRandom random(14);
+    for (const double pitch : {0.0, 0.7, 1.4, -1.5})
+        for (const double roll : {0.3, M_PI})
+            for (int k = 0; k < 20; k++)
+            {
+                SCOPED_TRACE("pitch " + std::to_string(pitch) + ", roll " + std::to_string(roll));
+                const CPose3D mean(1, -2, 3, k % 2 ? M_PI : 0.4, pitch, roll);
+                const Matrix6 information = random_information(random, 1 + k % 6);
+                const PoseQuadratic q = pose_quadratic(prior_of(mean, information));
+                Vector6 twist;
+                const double h = 1e-4 * std::cos(pitch);
+                for (int i = 0; i < 6; i++) twist(i) = h * random.gaussian();
+                const auto at = [&](double sign)
+                {
+                    const Vector3d omega = sign * twist.tail<3>();
+                    return make_pose(rotation_about(omega, omega.norm()) * rotation_of(mean),
+                                     translation_of(mean) + sign * twist.head<3>());
+                };
+                // Third-order terms are odd and cancel; what the angles bend by is of the order h /
+                // cos(pitch)^2.
+                const Vector6 e = 0.5 * (difference(mean, at(1)) - difference(mean, at(-1)));
+                const double expected = e.dot(information * e);
+                EXPECT_NEAR(
+                    0.5 * (raw_cost(q, at(1)) + raw_cost(q, at(-1))), expected,
+                    1e-4 * information.trace() * e.squaredNorm() + 1e-15 * (q.K.norm() + q.k.norm() + q.qq));
+                EXPECT_GT(expected, 0);
+            }
+}
+
+TEST(PoseQuadraticOfAPrior, IsNowhereBelowZeroWhateverItsRank)
+{
+    SeededRandom random(15);
+    for (int k = 0; k < 120; k++)
+    {
+        const Matrix6 information = random_information(random, 1 + k % 6);
+        const PoseQuadratic q = pose_quadratic(prior_of(any_pose(random, 5), information));
+        const double size = q.K.norm() + q.k.norm() + q.qq;
+        for (int i = 0; i < 50; i++) EXPECT_GT(raw_cost(q, any_pose(random, 5)), -1e-12 * size);
+    }
+}
+
+TEST(PoseQuadraticOfAPrior, IsRefusedWithAnyNegativeInformation)
+{
+    // Units differ: an angle known to 1e-6 rad makes another one's information no less negative.
+    Matrix6 information = 1e-3 * Matrix6::Identity();
+    information(3, 3) = 1e12, information(4, 4) = -100;
+    EXPECT_THROW(pose_quadratic(prior_of(CPose3D(), information)), std::invalid_argument);
+}
+
+TEST(PoseQuadraticOfAPrior, KeepsCorrelationsOfWhatIsHardlyKnown)
+{
+    // A height known to 1 km, and with it the yaw: a correlation of 0.9.
+    Matrix6 information = Matrix6::Identity();
+    information(0, 0) = information(1, 1) = 1e6;
+    information(2, 2) = 1e-6, information(2, 3) = information(3, 2) = 0.9e-3;
+    const PoseQuadratic q = pose_quadratic(prior_of(CPose3D(), information));
+    Vector6 e = Vector6::Zero();
+    e(2) = 1, e(3) = -1e-3;
+    const double expected = e.dot(information * e);
+    EXPECT_NEAR(q.cost(CPose3D(0, 0, e(2), e(3), 0, 0)), expected, 1e-3 * expected);
+}
+
+TEST(PoseQuadratic, OfThreeSetsAddUpInAnyOrder)
+{
+    SeededRandom random(8);
+    const PairWeights w = some_weights(1);
+    const Matrix3d R = any_rotation(random);
+    std::vector<Pairings> sets;
+    Pairings all;
+    for (const Mix& mix : {Mix{3, 0, 0, 0, 0}, Mix{0, 2, 3, 0, 0}, Mix{0, 0, 0, 2, 2}})
+        sets.push_back(random_pairings(mix, R, random_point(random, 30), random, 0.3)),
+            all.push_back(sets.back());
+    const PoseQuadratic joint = pose_quadratic(all, w);
+    std::vector<size_t> order = {0, 1, 2};
+    do
+    {
+        PoseQuadratic sum;
+        for (const size_t i : order) sum += pose_quadratic(sets[i], w);
+        expect_same_cost(joint, sum, 40, random);
+        EXPECT_EQ(sum.rows, joint.rows);
+    } while (std::next_permutation(order.begin(), order.end()));
+}
+
+TEST(PoseQuadratic, OfASumHasTheRadiusOfAllItsPoints)
+{
+    SeededRandom random(9);
+    const Matrix3d R = any_rotation(random);
+    const Pairings points = random_pairings({5, 3, 0, 0, 0}, R, {1, 2, 3}, random, 0.3),
+                   others = random_pairings({0, 0, 4, 3, 3}, R, {1, 2, 3}, random, 0.3);
+    Pairings both = points;
+    both.push_back(others);
+    PairWeights w;
+    w.ln2ln_direction = w.pl2pl_direction = 1;
+    PoseQuadratic sum = pose_quadratic(points, w);
+    sum += pose_quadratic(others, w);
+    EXPECT_NEAR(sum.radius, pose_quadratic(both, w).radius, 1e-12 * sum.radius);
 }
 
 // ---- Observability from sums ------------------------------------------------------------------------------

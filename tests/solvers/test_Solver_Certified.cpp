@@ -110,3 +110,50 @@ TEST(Solver_Certified, GivesNoPoseWithoutTheProofThatIsRequired)
     EXPECT_TRUE(solve(Solver_Certified(), pairings, r));
     EXPECT_FALSE(solve(from_text("{requireProof: true}"), pairings, r));
 }
+
+TEST(Solver_Certified, AToleranceThatRoundingExceedsIsNoProof)
+{
+    SeededRandom random(4);
+    const Pairings p = random_pairings({10, 0, 5, 0, 0}, any_rotation(random), {1, 2, 3}, random, 0.3);
+    OptimalTF_Result r;
+    const CPose3D before(7, 8, 9, 0.1, 0.2, 0.3);
+    r.optimalPose = before;
+    EXPECT_TRUE(solve(from_text("{requireProof: true}"), p, r)) << "proven at the default tolerance";
+    r.optimalPose = before;
+    EXPECT_FALSE(solve(from_text("{requireProof: true, tolerance: 1e-18}"), p, r));
+    expect_same_bits(r.optimalPose, before);
+    EXPECT_TRUE(solve(from_text("{tolerance: 1e-18}"), p, r)) << "without that wish, the pose is given";
+}
+
+TEST(Solver_Certified, MeasuresResidualsOfARobustKernelAtTheCurrentEstimate)
+{
+    SeededRandom random(5);
+    const Matrix3d R = any_rotation(random);
+    Pairings p = random_pairings({20, 0, 0, 0, 0}, R, {1, 2, 3}, random, 0.01);
+    for (int i = 0; i < 5; i++) add_pair(p, random_point(random, 5), random_point(random, 5));
+    const auto solver = from_text(
+        "{pairingsWeightParameters: {robust_kernel: 'RobustKernel::GemanMcClure', robust_kernel_param: "
+        "0.1}}");
+    SolverContext context;
+    context.guessRelativePose = make_pose(R, {1, 2, 3});
+    OptimalTF_Result near, off;
+    ASSERT_TRUE(solve(solver, p, near, context));
+    EXPECT_LT(angle_between(rotation_of(near.optimalPose), R), 0.01);
+    context.guessRelativePose = CPose3D(9, 9, 9, 1, 1, 1);
+    ASSERT_TRUE(solve(solver, p, off, context));
+    EXPECT_GT(rotation_between(near.optimalPose, off.optimalPose).norm(), 0.01)
+        << "far from the pose, other pairings fit";
+}
+
+TEST(Solver_Certified, KeysThatItDoesNotKnowAreNamed)
+{
+    for (const std::string key : {"requireProff", "maxIterations", "robust_kernel"}) try
+        {
+            from_text("{" + key + ": 1}");
+            ADD_FAILURE() << key << " was taken";
+        }
+        catch (const ConfigError& e)
+        {
+            EXPECT_NE(std::string(e.what()).find(key), std::string::npos) << e.what();
+        }
+}

@@ -3,6 +3,7 @@
 
 #include <map>
 
+#include "certified_test_tools.h"
 #include "degenerate_sets.h"
 #include "exact_mixes.h"
 #include "pose_minimiser.h"
@@ -535,4 +536,199 @@ TEST(OptimalTfCertified, AStrongPriorWins)
     EXPECT_LT(rotation_between(r.optimalPose, p.prior->mean).norm(), 1e-4);
     EXPECT_LT((translation_of(r.optimalPose) - translation_of(p.prior->mean)).norm(), 1e-4);
     EXPECT_LE(r.gap, 1e-9 * r.scale);
+}
+
+TEST(OptimalTfCertified, WithAPriorThatDeterminesThePoseTheGuessSaysNothing)
+{
+    SeededRandom random(25);
+    FittingSet s(25);
+    s.plane({0, 0, 0}, Z);
+    CertifiedParameters p;
+    p.prior.emplace();
+    p.prior->mean = make_pose(rotation_about(X, 0.2) * rotation_of(s.truth), translation_of(s.truth));
+    for (int i = 0; i < 6; i++) p.prior->cov_inv(i, i) = 2;
+    const CertifiedResult without = solved(s.pairings, p);
+    EXPECT_EQ(without.verdict, GlobalVerdict::Global);
+    for (int k = 0; k < 10; k++)
+    {
+        p.guess = any_pose(random);
+        const CertifiedResult with = solved(s.pairings, p);
+        EXPECT_LT(rotation_between(without.optimalPose, with.optimalPose).norm(), 1e-9);
+        EXPECT_LT((translation_of(without.optimalPose) - translation_of(with.optimalPose)).norm(), 1e-8);
+    }
+}
+
+TEST(OptimalTfCertified, AWeakPriorBreaksTies)
+{
+    FittingSet s(26);
+    s.line({0, 0, 1}, X), s.line({0, 0, -1}, X + 2 * Y);
+    CertifiedParameters p;
+    p.all_minima = true;
+    const auto both = lowest(solved(s.pairings, p));
+    ASSERT_EQ(both.size(), 2u);
+    for (const auto& m : both)
+    {
+        CertifiedParameters with;
+        with.prior.emplace();
+        with.prior->mean =
+            make_pose(rotation_about(X + Y, 0.3) * rotation_of(m.pose), translation_of(m.pose));
+        for (int i = 3; i < 6; i++) with.prior->cov_inv(i, i) = 1e-5;
+        with.guess = both[0].pose;  // says nothing
+        const CertifiedResult r = solved(s.pairings, with);
+        EXPECT_EQ(r.verdict, GlobalVerdict::Global);
+        EXPECT_LT(rotation_between(r.optimalPose, m.pose).norm(), 1e-4);
+    }
+}
+
+TEST(OptimalTfCertified, OnePairingOfEachKindLeavesTheRestFree)
+{
+    const std::vector<std::pair<Mix, int>> ranks = {{{1, 0, 0, 0, 0}, 3},
+                                                    {{0, 1, 0, 0, 0}, 2},
+                                                    {{0, 0, 1, 0, 0}, 1},
+                                                    {{0, 0, 0, 1, 0}, 4},
+                                                    {{0, 0, 0, 0, 1}, 3}};
+    SeededRandom random(27);
+    for (const auto& [mix, rank] : ranks)
+        for (int k = 0; k < 20; k++)
+        {
+            SCOPED_TRACE(std::to_string(rank) + ", round " + std::to_string(k));
+            const Pairings p = random_pairings(mix, any_rotation(random), random_point(random, 20), random);
+            CertifiedParameters parameters;
+            parameters.guess = any_pose(random);
+            const CertifiedResult r = solved(p, parameters);
+            EXPECT_EQ(r.verdict, GlobalVerdict::Unobservable);
+            EXPECT_EQ(r.status, SolveStatus::UnderConstrained);
+            EXPECT_EQ(r.rank, rank);
+            EXPECT_EQ(r.free.size(), static_cast<size_t>(6 - rank));
+            EXPECT_LT(rows_of(p, {}).cost(r.optimalPose), 1e-24) << "one pairing can be fitted";
+        }
+}
+
+TEST(OptimalTfCertified, ARobustKernelIsASetOfWeights)
+{
+    SeededRandom random(28);
+    const Matrix3d R = any_rotation(random);
+    Pairings p = random_pairings({20, 0, 0, 0, 0}, R, {1, 2, 3}, random, 0.05);
+    for (int i = 0; i < 5; i++) add_pair(p, random_point(random, 5), random_point(random, 5));
+    CertifiedParameters robust;
+    robust.weights.robust_kernel = RobustKernel::GemanMcClure, robust.weights.robust_kernel_param = 0.2;
+    robust.weights.currentEstimateForRobust = make_pose(R, {1, 2, 3});
+    const CertifiedResult r = solved(p, robust);
+    Pairings weighted = p;
+    for (size_t i = 0; i < p.size(); i++)
+    {
+        const double square = (R * local_of(p, i) + Vector3d(1, 2, 3) - global_of(p, i)).squaredNorm();
+        weighted.point_weights.emplace_back(1, robust_weight(RobustKernel::GemanMcClure, square, 0.2));
+    }
+    const CertifiedResult expected = solved(weighted);
+    EXPECT_LT(rotation_between(expected.optimalPose, r.optimalPose).norm(), 1e-12);
+    EXPECT_NEAR(r.cost, expected.cost, 1e-12 * expected.scale) << "what is certified is the weighted problem";
+    EXPECT_EQ(to_string(r.verdict), "global");
+    EXPECT_LT(angle_between(rotation_of(r.optimalPose), R), 0.02);
+}
+
+TEST(OptimalTfCertified, LightPairingsBesideVeryHeavyOnesAreSolvedToo)
+{
+    // One plane stops the motion along Z, the other one that along X, and the pose can fit both.
+    for (const double light : {1e-6, 1e-9, 1e-11, 1e-12})
+    {
+        SCOPED_TRACE(light);
+        FittingSet s(29);
+        s.point_on_plane({1, 2, 0}, Z), s.point_on_plane({0, 1, 3}, X);
+        s.pairings.pt2pl_weights = {{1, 1.0}, {1, light}};
+        const CertifiedResult r = solved(s.pairings);
+        const double cost = rows_of(s.pairings, s.signs).cost(r.optimalPose);
+        // In double, sums of the heavy one are known to 1e-16 of what it costs elsewhere, some 1e3 m^2.
+        EXPECT_LE(cost, r.gap + 1e-12) << "it can be 0, and the gap is proven";
+        if (light > 1e-10)
+        {
+            EXPECT_LT(std::sqrt(cost / light), 1e-2) << "m beside the plane";
+        }
+    }
+}
+
+TEST(OptimalTfCertified, GraduatedNonConvexityKeepsTheGuessAlongWhatInliersLeaveFree)
+{
+    for (uint64_t seed = 1; seed <= 10; seed++)
+    {
+        SCOPED_TRACE(seed);
+        FittingSet s(seed);
+        for (int i = 0; i < 10; i++) s.plane({0, 0, 0}, Z);
+        const Pairings inliers = s.pairings;
+        for (int i = 0; i < 3; i++)
+            add_pair(s.pairings, s.global(4 * Z + s.anywhere()), s.local(s.anywhere()));
+        CertifiedParameters p;
+        p.guess = make_pose(rotation_about(random_direction(s.random), 0.3) * rotation_of(s.truth),
+                            translation_of(s.truth) + random_point(s.random, 0.5));
+        const CertifiedResult expected = solved(inliers, p);
+        p.weights.outlier_rejection = OutlierRejection::GncTruncated, p.weights.outlier_threshold = 0.05;
+        const CertifiedResult r = solved(s.pairings, p);
+        if (r.outliers.point2point.size() != 3) continue;  // chance may let one fit
+        EXPECT_LT(rotation_between(expected.optimalPose, r.optimalPose).norm(), 1e-6);
+        const Vector3d c = local_centroid(inliers);
+        EXPECT_LT((transformed(expected.optimalPose, c) - transformed(r.optimalPose, c)).norm(), 1e-5);
+    }
+}
+
+TEST(OptimalTfCertified, PointsInOnePlaceSayNothingOfTheRotation)
+{
+    for (uint64_t seed = 1; seed <= 40; seed++)
+    {
+        SCOPED_TRACE(seed);
+        FittingSet s(seed);
+        for (const auto& u : {X, Y, Vector3d(X + Y)}) s.point_on_line({1, 2, 3}, u);
+        s.pairings.pt2ln_weights = {{1, 3.0}, {1, 0.7}, {1, 1.3}};  // their centroid is rounded
+        CertifiedParameters p;
+        p.guess = s.truth;
+        const CertifiedResult r = solved(s.pairings, p);
+        EXPECT_EQ(to_string(r.verdict), "unobservable");
+        EXPECT_EQ(r.rank, 3);
+        EXPECT_LT(rotation_between(s.truth, r.optimalPose).norm(), 1e-9) << "the guess is kept";
+    }
+}
+
+TEST(OptimalTfCertified, MinimaOfANarrowValleyAreMinima)
+{
+    for (uint64_t seed = 1; seed <= repetitions(20, 300); seed++)
+    {
+        SCOPED_TRACE(seed);
+        FittingSet s(seed);  // a small thing, and a plane that is paired metres away: information as 1 to 1e5
+        const Vector3d n = random_direction(s.random);
+        for (int i = 0; i < 6; i++) s.point(random_point(s.random, 0.01));
+        s.plane(random_point(s.random, 0.01), n);
+        CertifiedParameters p;
+        EXPECT_EQ(to_string(solved(s.pairings, p).verdict), "global");
+        p.all_minima = true;
+        const CertifiedResult r = solved(s.pairings, p);
+        EXPECT_EQ(to_string(r.verdict), "global");
+        const Matrix10 Q = rows_of(s.pairings, {}).form();
+        for (const auto& m : r.minima)
+        {
+            const Matrix3d R = rotation_of(m.pose);
+            const Vector10 Qx = Q * stacked(R);
+            const Matrix3d A = Eigen::Map<const Matrix3d>(Qx.data()) * R.transpose();
+            const Vector3d slope(A(2, 1) - A(1, 2), A(0, 2) - A(2, 0), A(1, 0) - A(0, 1));
+            EXPECT_LT(2 * slope.norm(), 1e-7 * r.scale) << "of the minimum at " << m.cost - r.cost;
+        }
+    }
+}
+
+TEST(OptimalTfCertified, GraduatedNonConvexityOfAPriorWithoutPairingsEnds)
+{
+    CertifiedParameters p;
+    p.prior.emplace();
+    p.prior->mean = CPose3D(1, 2, 3, 0.1, 0.2, 0.3);
+    for (int i = 0; i < 6; i++) p.prior->cov_inv(i, i) = 1;
+    p.weights.outlier_rejection = OutlierRejection::GncTruncated;
+    CertifiedResult r;
+    const bool solved = optimal_tf_certified(Pairings(), r, p);
+    if (solved)
+    {
+        EXPECT_LT(rotation_between(r.optimalPose, p.prior->mean).norm(), 1e-12);
+    }
+    else
+    {
+        expect_same_bits(r.optimalPose, CPose3D());
+    }
+    EXPECT_EQ(r.outliers.size(), 0u);
 }

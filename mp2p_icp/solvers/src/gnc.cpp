@@ -61,6 +61,11 @@ bool solve_gnc(const PreparedPairings& in, OutlierRejection loss_kind, double th
     const bool truncated = loss_kind == OutlierRejection::GncTruncated;
     const double threshold_sq = threshold * threshold;
     std::vector<double> squares = squared_residuals(in, now.optimalPose);
+    if (squares.empty())  // a prior alone
+    {
+        result = now;
+        return true;
+    }
     Loss loss(truncated, threshold_sq, *std::max_element(squares.begin(), squares.end()));
     bool solved = true;
     for (int round = 0; round < MOST_ROUNDS && solved; round++)

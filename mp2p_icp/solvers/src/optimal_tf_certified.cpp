@@ -44,6 +44,8 @@ struct Search
     void prove(const CertificateOptions& options)
     {
         proof = certify_rotation(f.matrix(), minima.front().R, options);
+        proof.gap += f.rounding() + f.unresolved();
+        proof.holds = proof.holds && proof.gap <= tolerance * proof.scale;
         margin = proof.margin();
     }
     /// When another minimum comes first.
@@ -104,9 +106,13 @@ bool same_minimum(const Search& s, const Matrix3d& A, const Matrix3d& B)
 /// Of points in one valley, the one that is nearest to the guess.
 void collapse_valleys(const Matrix3d& guess, Search& s)
 {
-    if (s.unique()) return;
-    std::vector<RotationMinimum> out;
     const size_t equal = s.equal();
+    if (s.unique())  // the others are where descents stopped on its floor
+    {
+        s.minima.erase(s.minima.begin() + 1, s.minima.begin() + static_cast<std::ptrdiff_t>(equal));
+        return;
+    }
+    std::vector<RotationMinimum> out;
     for (size_t i = 0; i < equal; i++)
     {
         const auto at = nearest_in_valley(s.f, s.minima[i], guess);
@@ -127,6 +133,14 @@ struct Problem
     const PreparedPairings* in = nullptr;
     OriginPose guess;  ///< relative to `all`
 
+    /// What the guess costs along translations that the sums do not resolve.
+    double cost_of_guess(const Matrix3d& R) const
+    {
+        const Vector3d least = all.best_translation(R, Vector3d::Zero()),
+                       c = all.best_translation(R, guess.c);
+        const double rounding = 1e-15 * all.K.bottomRightCorner<3, 3>().trace() * (c - least).squaredNorm();
+        return std::max(0.0, all.cost(OriginPose{R, c}) - all.cost(OriginPose{R, least})) + rounding;
+    }
     CPose3D pose_at(const Matrix3d& R) const { return all.absolute({R, all.best_translation(R, guess.c)}); }
 };
 
@@ -181,7 +195,7 @@ bool rises_everywhere(const PoseQuadratic& q, const Search& s)
     const auto eigenvalues = [](const Matrix3d& M)
     { return Eigen::SelfAdjointEigenSolver<Matrix3d>(M, Eigen::EigenvaluesOnly).eigenvalues(); };
     const auto translation = eigenvalues(q.K.bottomRightCorner<3, 3>());
-    if (!(translation(0) > 1e-10 * translation(2))) return false;
+    if (!(translation(0) > RESOLVED_INFORMATION * translation(2))) return false;
     if (s.unique()) return true;
     const auto d = s.f.derivatives(s.minima.front().R);
     return eigenvalues(d.hessian)(0) > 1e-9 * s.f.scale(d.cost);
@@ -191,7 +205,7 @@ GlobalVerdict verdict_of(const Search& s, bool rises)
 {
     if (!s.proof.holds) return GlobalVerdict::Gap;
     if (!rises) return GlobalVerdict::Unobservable;
-    return s.equal() > 1 ? GlobalVerdict::GlobalAmbiguous : GlobalVerdict::Global;
+    return s.equal() > 1 && !s.unique() ? GlobalVerdict::GlobalAmbiguous : GlobalVerdict::Global;
 }
 }  // namespace
 
@@ -223,12 +237,16 @@ void solve(const Problem& problem, const CertifiedParameters& p, CertifiedResult
     if (depends)
         collapse_valleys(guess, s), put_best_first(problem, s);
     else
+    {
+        s.proof.gap += f.cost(guess) - s.minima.front().cost;
         s.minima = {{guess, f.cost(guess)}};
+    }
 
     for (const auto& m : s.minima) result.minima.push_back({problem.pose_at(m.R), m.cost});
     result.optimalPose = result.minima.front().pose, result.cost = std::max(0.0, s.minima.front().cost);
     // Pairings and prior are sums of squares: nothing costs less than 0.
-    result.gap = std::min(s.proof.gap, result.cost + f.rounding());
+    result.gap =
+        std::min(s.proof.gap, result.cost + f.rounding()) + problem.cost_of_guess(s.minima.front().R);
     result.scale = s.proof.scale, result.margin = s.margin, result.G = s.proof.G;
     result.verdict = depends ? verdict_of(s, rises_everywhere(problem.all, s)) : GlobalVerdict::Unobservable;
     describe(problem, p.weights.sigma, result);
@@ -238,6 +256,7 @@ bool solve(const PoseQuadratic& sums, const PreparedPairings* in, const Certifie
            CertifiedResult& result)
 {
     check(p);
+    if (!sums.is_finite()) throw std::invalid_argument("optimal_tf_certified: the sums must be finite");
     CertifiedResult fresh;
     fresh.optimalPose = result.optimalPose, fresh.outliers = result.outliers, fresh.skipped = sums.skipped;
     result = fresh;
@@ -259,16 +278,14 @@ bool solve_certified(const Pairings& pairings, CertifiedResult& result, const Ce
                      std::optional<PreparedPairings>& certified)
 {
     check(p);
-    CertifiedParameters now = p;
     const auto solve = [&](PreparedPairings& in, OptimalTF_Result& out)
     {
         const PairingSums sums = pairing_sums(in);
         certified = in;
         result.optimalPose = out.optimalPose, result.outliers = out.outliers;
         const PoseQuadratic q = sums.usable() ? pose_quadratic(sums, in) : PoseQuadratic();
-        const bool solved = mp2p_icp::solve(q, &in, now, result);
+        const bool solved = mp2p_icp::solve(q, &in, p, result);
         result.skipped = in.skipped();
-        if (solved) now.guess = result.optimalPose;
         out = result;
         return solved;
     };

@@ -4,6 +4,7 @@
 #include <mp2p_icp/se3.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -28,18 +29,23 @@ std::pair<Vector3d, Vector3d> points_of(const PreparedPairings& in, size_t i)
 }
 
 /// Of a few pairings, the one in the middle: sums relative to it do not cancel, as they would relative to an
-/// outlier or to the frame's origin.
+/// outlier or to the frame's origin. One that outweighs the others by far is the middle.
 void choose_origins(const PreparedPairings& in, size_t count, PairingSums& out)
 {
-    const auto first = points_of(in, 0), middle = points_of(in, count / 2), last = points_of(in, count - 1);
-    const Vector3d mean = (first.second + middle.second + last.second) * (1.0 / 3);
+    const std::array<size_t, 3> few = {0, count / 2, count - 1};
+    std::array<std::pair<Vector3d, Vector3d>, 3> at;
+    std::array<double, 3> w{};
+    for (size_t k = 0; k < 3; k++)
+        at[k] = points_of(in, few[k]), w[k] = in.weight(pairing_id(in.pairings(), few[k]));
+    const double heaviest = *std::max_element(w.begin(), w.end());
+    const Vector3d mean = (at[0].second + at[1].second + at[2].second) * (1.0 / 3);
     double least = std::numeric_limits<double>::infinity();
-    for (const auto* p : {&first, &middle, &last})
+    for (size_t k = 0; k < 3; k++)
     {
-        const double distance_sq = (p->second - mean).squaredNorm();
-        if (!(distance_sq < least)) continue;
+        const double distance_sq = (at[k].second - mean).squaredNorm();
+        if (w[k] < 1e-3 * heaviest || !(distance_sq < least)) continue;
         least = distance_sq;
-        out.a_origin = p->first, out.b_origin = p->second;
+        out.a_origin = at[k].first, out.b_origin = at[k].second;
     }
 }
 
@@ -227,6 +233,17 @@ double rms_radius(const PairingSums& s)
     return squares / w > resolved_sq ? std::sqrt(squares / w) : 0;
 }
 
+/// Where points coincide, but for the rounding of their coordinates and of their mean, what is left of their
+/// squares means nothing, and directions least of all.
+void drop_rounding(PairingSums& out)
+{
+    PointSums& p = out.points;
+    const auto is_rounding = [&](const Matrix3d& squares, const Vector3d& origin, const Vector3d& mean)
+    { return squares.trace() <= p.w * (1e-24 * origin.squaredNorm() + 1e-14 * mean.squaredNorm()); };
+    if (is_rounding(p.aa, out.a_origin, out.a_mean)) p.aa.setZero(), p.B.setZero();
+    if (is_rounding(p.bb, out.b_origin, out.b_mean)) p.bb.setZero(), p.B.setZero();
+}
+
 PairingSums sum_once(const PreparedPairings& in)
 {
     PairingSums out;
@@ -237,6 +254,7 @@ PairingSums sum_once(const PreparedPairings& in)
     origin.a = out.a_origin, origin.b = out.b_origin;
     out.points = point_sums(in.pairings().paired_pt2pt, in.weights(PairingKind::Point2Point), origin);
     out.points.centre(out.a_mean, out.b_mean);
+    drop_rounding(out);
     if (count > points) out.others = sum_others(in, out);
     out.radius = rms_radius(out);
     return out;

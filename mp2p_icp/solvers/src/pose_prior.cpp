@@ -3,6 +3,8 @@
 #include <mp2p_icp/se3.h>
 #include <mrpt/math/wrap2pi.h>
 
+#include <algorithm>
+#include <limits>
 #include <stdexcept>
 
 #include "euler_rates.h"
@@ -40,17 +42,28 @@ PosePrior::Matrix6 PosePrior::jacobian(const mrpt::poses::CPose3D& pose, const E
     return J;
 }
 
+PosePrior::Vector6 unitless_eigenvalues(const PosePrior::Matrix6& information)
+{
+    PosePrior::Vector6 scale;
+    for (const int first : {0, 3})
+    {
+        const auto own = information.diagonal().segment<3>(first).array();
+        const double least = std::max(1e-5 * own.maxCoeff(), std::numeric_limits<double>::min());
+        scale.segment<3>(first) = own.max(least).rsqrt();
+    }
+    const PosePrior::Matrix6 scaled = scale.asDiagonal() * information * scale.asDiagonal();
+    return Eigen::SelfAdjointEigenSolver<PosePrior::Matrix6>(scaled, Eigen::EigenvaluesOnly).eigenvalues();
+}
+
 PosePrior::Matrix6 twist_information(const mrpt::poses::CPose3DPDFGaussianInf& prior)
 {
     const PosePrior in(prior);
     if (!is_finite(prior.mean) || !in.information().allFinite())
         throw std::invalid_argument("a prior needs a finite mean and a finite information matrix");
+    if (!(unitless_eigenvalues(in.information())(0) >= -1e-9))
+        throw std::invalid_argument("the information matrix of a prior must be positive semidefinite");
     const PosePrior::Matrix6 J = PosePrior::jacobian(prior.mean, Eigen::Vector3d::Zero()),
                              out = J.transpose() * in.information() * J;
-    const auto eigenvalues =
-        Eigen::SelfAdjointEigenSolver<PosePrior::Matrix6>(out, Eigen::EigenvaluesOnly).eigenvalues();
-    if (!(eigenvalues(0) >= -1e-9 * eigenvalues(5)))
-        throw std::invalid_argument("the information matrix of a prior must be positive semidefinite");
     return 0.5 * (out + out.transpose());
 }
 

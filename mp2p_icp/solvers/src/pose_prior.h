@@ -33,6 +33,13 @@ class PosePrior
     Matrix6 information_, sqrt_information_;
 };
 
+/** The eigenvalues, the least first, of an information matrix whose rows and columns are divided by the roots
+ * of the diagonal: metres and radians, and what is known well and badly, then have no more to do with each
+ * other. (What is 1e-5 of the best known coordinate of its unit, or less, is divided as if it were that: what
+ * rounding leaves in place of a zero stays small.)
+ */
+PosePrior::Vector6 unitless_eigenvalues(const PosePrior::Matrix6& information);
+
 /// The prior's information in the twist (dt, omega) at its mean: t = t0 + dt, R = exp([omega]x) R0.
 /// \exception std::invalid_argument unless all is finite and it is positive semidefinite.
 PosePrior::Matrix6 twist_information(const mrpt::poses::CPose3DPDFGaussianInf& prior);

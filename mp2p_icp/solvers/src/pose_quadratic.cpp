@@ -17,6 +17,9 @@ namespace
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
+/// Of a sum, relative to that of the terms' sizes: some roundings.
+constexpr double SUM_ROUNDING = 1e-15;
+
 /// Second moments only.
 void add_points(const PointSums& s, PoseQuadratic& out)
 {
@@ -65,6 +68,13 @@ mrpt::poses::CPose3D absolute(const Vector3d& a_origin, const Vector3d& b_origin
     return make_pose(pose.R, pose.c + (a_origin - pose.R * b_origin));
 }
 
+bool PoseQuadratic::is_finite() const
+{
+    return K.allFinite() && k.allFinite() && a_centre.allFinite() && b_centre.allFinite() &&
+           points_centre.allFinite() &&
+           std::isfinite(qq + position_weight + points_weight + radius + rounding);
+}
+
 double PoseQuadratic::cost(const OriginPose& pose) const
 {
     Vector12 X;
@@ -105,7 +115,7 @@ Vector3d PoseQuadratic::best_translation(const Matrix3d& R, const Vector3d& kept
     {
         const Vector3d u = eigen.eigenvectors().col(i);
         const double value = eigen.eigenvalues()(i);
-        c += u * (value > 1e-10 * eigen.eigenvalues()(2) ? u.dot(rhs) / value : u.dot(kept));
+        c += u * (value > RESOLVED_INFORMATION * eigen.eigenvalues()(2) ? u.dot(rhs) / value : u.dot(kept));
     }
     return c;
 }
@@ -113,7 +123,8 @@ Vector3d PoseQuadratic::best_translation(const Matrix3d& R, const Vector3d& kept
 /// z -> T z, T = (I, -b; 0, 1), and q -> q - a.
 void PoseQuadratic::move_origins(const Vector3d& a, const Vector3d& b)
 {
-    const Vector3d Ka = K.bottomRightCorner<3, 3>() * a;
+    const Matrix3d Ktt = K.bottomRightCorner<3, 3>();
+    const Vector3d Ka = Ktt * a;
     qq += -2 * a.dot(k.tail<3>()) + a.dot(Ka);
     k -= K.rightCols<3>() * a;
     const auto subtract = [&b](auto&& blocks)
@@ -122,6 +133,18 @@ void PoseQuadratic::move_origins(const Vector3d& a, const Vector3d& b)
     };
     subtract(K), subtract(K.transpose()), subtract(k);
     a_centre += a, b_centre += b;
+    rounding += SUM_ROUNDING * Ktt.trace() * (a.squaredNorm() + b.squaredNorm());
+}
+
+void PoseQuadratic::add_radius(const PoseQuadratic& o)
+{
+    const double sum = points_weight + o.points_weight;
+    if (!(sum > 0)) return;
+    const double share = o.points_weight / sum;
+    const Vector3d between = o.points_centre - points_centre;
+    radius = std::sqrt((1 - share) * radius * radius + share * o.radius * o.radius +
+                       share * (1 - share) * between.squaredNorm());
+    points_centre += share * between, points_weight = sum;
 }
 
 PoseQuadratic& PoseQuadratic::operator+=(const PoseQuadratic& o)
@@ -133,13 +156,11 @@ PoseQuadratic& PoseQuadratic::operator+=(const PoseQuadratic& o)
         // The centroid of both; where one set has no position, its origins mean nothing.
         const double share = o.position_weight / sum;
         const Vector3d a = share * (o.a_centre - a_centre), b = share * (o.b_centre - b_centre);
-        const double between_sq = (o.b_centre - b_centre).squaredNorm();
         move_origins(a, b);
         other.move_origins(a_centre - o.a_centre, b_centre - o.b_centre);
-        radius = std::sqrt((1 - share) * radius * radius + share * o.radius * o.radius +
-                           share * (1 - share) * between_sq);
     }
-    K += other.K, k += other.k, qq += other.qq;
+    add_radius(o);
+    K += other.K, k += other.k, qq += other.qq, rounding += other.rounding;
     position_weight = sum, rows += o.rows, skipped += o.skipped;
     return *this;
 }
@@ -156,7 +177,8 @@ void for_each_number(Quadratic& q, const F& f)
     {
         for (Eigen::Index i = 0; i < matrix.size(); i++) f(matrix.data()[i]);
     };
-    all(q.K), all(q.k), f(q.qq), all(q.a_centre), all(q.b_centre), f(q.position_weight), f(q.radius);
+    all(q.K), all(q.k), f(q.qq), all(q.a_centre), all(q.b_centre), f(q.position_weight), f(q.points_weight),
+        all(q.points_centre), f(q.radius), f(q.rounding);
 }
 }  // namespace
 
@@ -209,6 +231,17 @@ mrpt::serialization::CArchive& operator>>(mrpt::serialization::CArchive& in, Pos
     return in;
 }
 
+namespace
+{
+/// Of positions relative to the origins, as they were added up; `rows` holds those of all but the points.
+double summed_squares(const PairingSums& sums, const PoseQuadratic& rows)
+{
+    const PointSums& p = sums.points;
+    return p.aa.trace() + p.bb.trace() + p.w * (sums.a_mean.squaredNorm() + sums.b_mean.squaredNorm()) +
+           rows.K.topLeftCorner<9, 9>().trace() + rows.qq;
+}
+}  // namespace
+
 PoseQuadratic pose_quadratic(const PairingSums& sums, const PreparedPairings& of)
 {
     PoseQuadratic out;
@@ -219,8 +252,11 @@ PoseQuadratic pose_quadratic(const PairingSums& sums, const PreparedPairings& of
     if (const auto& o = sums.others; o)
     {
         add_rows(o->point_rows, out), add_rows(o->base_rows, out);
-        w += o->point_rows.w + o->base_rows.w, b += o->point_rows.b + o->base_rows.b;
+        w += o->point_rows.w, b += o->point_rows.b;
     }
+    out.points_weight = w, out.points_centre = sums.b_origin + (w > 0 ? Vector3d(b / w) : Vector3d::Zero());
+    if (const auto& o = sums.others; o) w += o->base_rows.w, b += o->base_rows.b;
+    out.rounding = SUM_ROUNDING * summed_squares(sums, out);
     out.move_origins(sums.a_mean, sums.b_mean);  // to where those of the points are
     if (const auto& o = sums.others; o)
     {
@@ -255,15 +291,18 @@ void add_prior_position(const Matrix3d& R0, const Matrix3d& A, const Matrix3d& L
     out.K += J.transpose() * Ltt * J;
 }
 
-/// Without what is only rounding.
-Matrix3d pseudo_inverse(const Matrix3d& M)
+/// G with M G M = M, without what is only rounding. Coordinates that are known well do not drown the others.
+Matrix3d generalised_inverse(const Matrix3d& M)
 {
-    const Eigen::SelfAdjointEigenSolver<Matrix3d> eigen(M);
+    Vector3d scale = Vector3d::Zero();
+    for (int i = 0; i < 3; i++)
+        if (M(i, i) > 0) scale(i) = 1 / std::sqrt(M(i, i));
+    const Eigen::SelfAdjointEigenSolver<Matrix3d> eigen(scale.asDiagonal() * M * scale.asDiagonal());
     Matrix3d out = Matrix3d::Zero();
     for (int i = 0; i < 3; i++)
-        if (const double value = eigen.eigenvalues()(i); value > 1e-10 * eigen.eigenvalues()(2))
+        if (const double value = eigen.eigenvalues()(i); value > 1e-13 * eigen.eigenvalues()(2))
             out += eigen.eigenvectors().col(i) * eigen.eigenvectors().col(i).transpose() / value;
-    return out;
+    return scale.asDiagonal() * out * scale.asDiagonal();
 }
 
 /// 4 v' S v, as oriented directions: |R u - R0 u|^2 is that of S = I - R0 u (R0 u)'.
@@ -279,10 +318,9 @@ void add_prior_rotation(const Matrix3d& R0, const Matrix3d& S, PoseQuadratic& ou
 PoseQuadratic pose_quadratic(const mrpt::poses::CPose3DPDFGaussianInf& prior)
 {
     const Matrix6 information = twist_information(prior);
-    const auto eigenvalues =
-        Eigen::SelfAdjointEigenSolver<Matrix6>(information, Eigen::EigenvaluesOnly).eigenvalues();
+    const Vector6 eigenvalues = unitless_eigenvalues(information);
     const Matrix3d Ltt = information.topLeftCorner<3, 3>(), Ltw = information.topRightCorner<3, 3>(),
-                   A = pseudo_inverse(Ltt) * Ltw;
+                   A = generalised_inverse(Ltt) * Ltw;
     PoseQuadratic out;
     out.a_centre = translation_of(prior.mean);
     add_prior_position(rotation_of(prior.mean), A, Ltt, out);

@@ -161,9 +161,11 @@ ClosedForms closed_forms(const Matrix10& gram, double scale)
     return out;
 }
 
-bool positive(const Matrix9& M, double shift)
+template <class Real>
+bool positive(const Eigen::Matrix<Real, 9, 9>& M, Real shift)
 {
-    return Eigen::LLT<Matrix9>(M + shift * Matrix9::Identity()).info() == Eigen::Success;
+    using Matrix = Eigen::Matrix<Real, 9, 9>;
+    return Eigen::LLT<Matrix>(M + shift * Matrix::Identity()).info() == Eigen::Success;
 }
 
 double least_eigenvalue(const Matrix9& M)
@@ -172,15 +174,17 @@ double least_eigenvalue(const Matrix9& M)
 }
 
 /// <A, M>, M symmetric.
-double product(const Direction& A, const Matrix9& M)
+template <class Real>
+Real product(const Direction& A, const Eigen::Matrix<Real, 9, 9>& M)
 {
     return 2 * (A[0].h * M(A[0].i, A[0].j) + A[1].h * M(A[1].i, A[1].j));
 }
 
 /// tr(W A W B).
-double product(const Direction& A, const Direction& B, const Matrix9& W)
+template <class Real>
+Real product(const Direction& A, const Direction& B, const Eigen::Matrix<Real, 9, 9>& W)
 {
-    double sum = 0;
+    Real sum = 0;
     for (const auto& a : A)
         for (const auto& b : B)
             sum += 2 * a.h * b.h * (W(b.i, a.i) * W(a.j, b.j) + W(b.i, a.j) * W(a.i, b.j));
@@ -190,48 +194,58 @@ double product(const Direction& A, const Direction& B, const Matrix9& W)
 /** Maximises s subject to G - s I >= 0 over the family, by Newton steps on -t s - log det(G - s I) with a
  * growing t, until G - wanted I is positive or the dual shows that no member's is.
  */
+template <class Real>
 class BarrierSearch
 {
+    using Matrix = Eigen::Matrix<Real, 9, 9>;
+
  public:
     BarrierSearch(const Matrix9& start, double least_eigenvalue, double wanted)
-        : start_(start), least_(least_eigenvalue), wanted_(wanted), G_(start)
+        : start_(start.cast<Real>()), least_(least_eigenvalue), wanted_(wanted), G_(start_)
     {
     }
 
     /// `exactness`: how near to the best to come, relative, before giving up; 0: not at all.
     bool run(double exactness);
-    const Matrix9& best() const { return best_; }
+    Matrix9 best() const { return best_.template cast<double>(); }
     int steps() const { return steps_; }
+    /// Has it ended without a member and without the dual's word that there is none?
+    bool stalled() const { return !(bound_ < wanted_); }
     /// The multiplier Z of the bound: positive semidefinite, of unit trace, <Z, A> = 0 for the free A. For a
     /// pose above the minimum nearly z z', z of the turn to the minimum.
-    const std::optional<Matrix9>& dual() const { return dual_; }
+    std::optional<Matrix9> dual() const
+    {
+        if (!dual_) return std::nullopt;
+        return dual_->template cast<double>();
+    }
 
  private:
     struct Step
     {
-        Matrix9 dG = Matrix9::Zero();
-        double ds = 0, decrement = 0;
+        Matrix dG = Matrix::Zero();
+        Real ds = 0, decrement = 0;
     };
-    Matrix9 slack(const Matrix9& G, double s) const { return G - s * Matrix9::Identity(); }
-    std::optional<Step> newton_step(const Matrix9& W) const;
-    void note_dual(const Matrix9& W, const Step& step);
+    Matrix slack(const Matrix& G, Real s) const { return G - s * Matrix::Identity(); }
+    std::optional<Step> newton_step(const Matrix& W) const;
+    void note_dual(const Matrix& W, const Step& step);
     bool move(const Step& step);
 
-    const Matrix9 start_;
-    const double least_, wanted_;
-    Matrix9 G_, best_ = G_;
-    double s_ = 0, t_ = 0, bound_ = std::numeric_limits<double>::infinity();
-    Eigen::LLT<Matrix9> factor_;
-    std::optional<Matrix9> dual_;
+    const Matrix start_;
+    const Real least_, wanted_;
+    Matrix G_, best_ = G_;
+    Real s_ = 0, t_ = 0, bound_ = std::numeric_limits<Real>::infinity();
+    Eigen::LLT<Matrix> factor_;
+    std::optional<Matrix> dual_;
     int steps_ = 0;
 };
 
-std::optional<BarrierSearch::Step> BarrierSearch::newton_step(const Matrix9& W) const
+template <class Real>
+std::optional<typename BarrierSearch<Real>::Step> BarrierSearch<Real>::newton_step(const Matrix& W) const
 {
     const auto& basis = tables().basis;
-    const Matrix9 W2 = W * W;
-    Eigen::Matrix<double, FREE + 1, FREE + 1> H;
-    Eigen::Matrix<double, FREE + 1, 1> g;
+    const Matrix W2 = W * W;
+    Eigen::Matrix<Real, FREE + 1, FREE + 1> H;
+    Eigen::Matrix<Real, FREE + 1, 1> g;
     for (int k = 0; k < FREE; k++)
     {
         const Direction& A = basis[static_cast<size_t>(k)];
@@ -243,7 +257,7 @@ std::optional<BarrierSearch::Step> BarrierSearch::newton_step(const Matrix9& W) 
     g(FREE) = W.trace() - t_;
     const Eigen::LLT<decltype(H)> factor(H);  // reads the lower triangle
     if (factor.info() != Eigen::Success) return std::nullopt;
-    const Eigen::Matrix<double, FREE + 1, 1> d = -factor.solve(g);
+    const Eigen::Matrix<Real, FREE + 1, 1> d = -factor.solve(g);
     Step out;
     out.ds = d(FREE), out.decrement = std::sqrt(-g.dot(d));
     if (!std::isfinite(out.decrement) || !d.allFinite()) return std::nullopt;
@@ -255,23 +269,25 @@ std::optional<BarrierSearch::Step> BarrierSearch::newton_step(const Matrix9& W) 
 
 /// Within the decrement 1 the step says which Z is dual feasible; <Z, G> is the same for all members then,
 /// and no least eigenvalue is above it.
-void BarrierSearch::note_dual(const Matrix9& W, const Step& step)
+template <class Real>
+void BarrierSearch<Real>::note_dual(const Matrix& W, const Step& step)
 {
     if (!(step.decrement < 1)) return;
-    Matrix9 Z = W - W * slack(step.dG, step.ds) * W;
+    Matrix Z = W - W * slack(step.dG, step.ds) * W;
     Z = (0.5 / Z.trace() * (Z + Z.transpose())).eval();
     bound_ = std::min(bound_, Z.cwiseProduct(start_).sum());
     dual_ = Z;
 }
 
 /// As far along the step as G - s I stays positive; 1 / (1 + decrement) of it always does, but for rounding.
-bool BarrierSearch::move(const Step& step)
+template <class Real>
+bool BarrierSearch<Real>::move(const Step& step)
 {
-    const double sure = step.decrement < 0.25 ? 1 : 1 / (1 + step.decrement);
-    for (double a = 1;; a = std::max(0.6 * a, sure))
+    const Real sure = step.decrement < 0.25 ? 1 : 1 / (1 + step.decrement);
+    for (Real a = 1;; a = std::max(a * 3 / 5, sure))
     {
-        const Matrix9 G = G_ + a * step.dG;
-        const double s = s_ + a * step.ds;
+        const Matrix G = G_ + a * step.dG;
+        const Real s = s_ + a * step.ds;
         factor_.compute(slack(G, s));
         if (factor_.info() == Eigen::Success)
         {
@@ -282,18 +298,19 @@ bool BarrierSearch::move(const Step& step)
     }
 }
 
-bool BarrierSearch::run(double exactness)
+template <class Real>
+bool BarrierSearch<Real>::run(double exactness)
 {
     constexpr int MOST_STEPS = 60;
-    const double size = std::max(std::abs(least_), 1e-3);
-    s_ = least_ - std::max(0.1 * std::abs(least_), 1e-3), t_ = 9 / size;
-    double best = least_;
+    const Real size = std::max(std::abs(least_), Real(1e-3));
+    s_ = least_ - std::max(std::abs(least_) / 10, Real(1e-3)), t_ = 9 / size;
+    Real best = least_;
     factor_.compute(slack(G_, s_));
     if (factor_.info() != Eigen::Success) return false;
     while (steps_ < MOST_STEPS && t_ < 1e14)
     {
         steps_++;
-        const Matrix9 W = factor_.solve(Matrix9::Identity());
+        const Matrix W = factor_.solve(Matrix::Identity());
         const auto step = newton_step(W);
         if (!step) break;
         note_dual(W, *step);
@@ -309,6 +326,13 @@ bool BarrierSearch::run(double exactness)
     }
     return false;
 }
+
+struct BarrierResult
+{
+    bool found = false, stalled = false;
+    Matrix9 best = Matrix9::Zero();
+    std::optional<Matrix9> dual;
+};
 
 /// The turn q whose z z' is nearest to Z, if Z is nearly of rank one.
 std::optional<Matrix3d> rounded(const Matrix9& Z)
@@ -392,16 +416,24 @@ RotationCertificate certify_rotation(const Matrix10& Q, const Matrix3d& R, const
 
     const double least_between = least_eigenvalue(between), least_nearest = least_eigenvalue(forms.nearest);
     const double wanted = accepted ? options.wanted_margin : -allowed;
-    BarrierSearch search = least_between > least_nearest
-                               ? BarrierSearch(between, least_between, wanted)
-                               : BarrierSearch(forms.nearest, least_nearest, wanted);
-    const bool found = search.run(accepted ? 0 : 0.02);
-    out.barrier_steps = search.steps();
-    if (found && (accept(search.best(), 0) || accept(search.best(), allowed))) return out;
+    const bool from_between = least_between > least_nearest;
+    const auto search_in = [&](auto real)
+    {
+        BarrierSearch<decltype(real)> search(from_between ? between : forms.nearest,
+                                             from_between ? least_between : least_nearest, wanted);
+        const bool found = search.run(accepted ? 0 : 0.02);
+        out.barrier_steps += search.steps();
+        return BarrierResult{found, search.stalled(), search.best(), search.dual()};
+    };
+    BarrierResult found = search_in(double());
+    // Where no member is definite (a line of equal minima), the way ends at the border, and its last steps
+    // are steep.
+    if (!found.found && found.stalled && !accepted) found = search_in(static_cast<long double>(0));
+    if (found.found && (accept(found.best, 0) || accept(found.best, allowed))) return out;
     if (accepted) return out;
-    conclude(search.best(), std::max(0.0, -least_eigenvalue(search.best())) * out.scale + sure);
-    if (!out.holds && search.dual())
-        if (const auto turn = rounded(*search.dual())) out.better_start = R0 * *turn;
+    conclude(found.best, std::max(0.0, -least_eigenvalue(found.best)) * out.scale + sure);
+    if (!out.holds && found.dual)
+        if (const auto turn = rounded(*found.dual)) out.better_start = R0 * *turn;
     return out;
 }
 

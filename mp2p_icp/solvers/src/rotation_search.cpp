@@ -74,6 +74,7 @@ SpreadColumns stacked(const std::vector<Matrix3d>& rotations)
 
 /// Of a Hessian, below this part of the cost's scale: a valley, not a slope.
 constexpr double FLAT = 1e-9;
+constexpr int MOST_STEPS = 1000;
 constexpr int MOST_VALLEY_STEPS = 200;
 constexpr double SAME_ROTATION = 1e-4;  // rad
 
@@ -158,16 +159,23 @@ RotationQuadratic::RotationQuadratic(const PoseQuadratic& of)
     Q_.topRightCorner<9, 1>() = -of.k.head<9>(), Q_.bottomLeftCorner<1, 9>() = -of.k.head<9>().transpose();
     Q_(9, 9) = of.qq;
     raw_cost_ = Q_.topLeftCorner<9, 9>().trace() / 3 + Q_(9, 9);
-    double rounded = Q_.norm();
-    for (int i = 0; i < 3; i++)
+    const double largest = eigen.eigenvalues()(2);
+    double amplified = 0;
+    rounding_ = 16 * (4e-15 * Q_.norm() + of.rounding);  // |x|^2 is 4, and costs are compared
+    for (int i = 0; i < 3 && largest > 0; i++)
     {
-        if (!(eigen.eigenvalues()(i) > 1e-10 * eigen.eigenvalues()(2))) continue;
+        const double value = eigen.eigenvalues()(i);
         const Vector10 row = Q_xt * eigen.eigenvectors().col(i);
-        Q_ -= row * row.transpose() / eigen.eigenvalues()(i);
-        // The rounding of the row counts more where the translation is known badly.
-        rounded += Q_xt.norm() * row.norm() / eigen.eigenvalues()(i);
+        if (value > RESOLVED_INFORMATION * largest)
+        {
+            Q_ -= row * row.transpose() / value;
+            // Both are as exact as the largest: that counts more where the translation is known badly.
+            amplified += Q_xt.norm() * row.norm() / value + row.squaredNorm() * largest / (value * value);
+        }
+        else
+            unresolved_ += 4 * row.squaredNorm() / std::max(value, 1e-16 * largest);
     }
-    rounding_ = 4e-15 * rounded;
+    rounding_ += 2e-15 * amplified;
     Q_ = (0.5 * (Q_ + Q_.transpose())).eval();
     mean_cost_ = Q_.topLeftCorner<9, 9>().trace() / 3 + Q_(9, 9);
 }
@@ -197,7 +205,7 @@ RotationMinimum minimise_rotation(const RotationQuadratic& q, const Matrix3d& st
     Matrix3d R = start;
     auto d = q.derivatives(R);
     double radius = 0.7;
-    for (int k = 0; k < 100; k++)
+    for (int k = 0; k < MOST_STEPS; k++)
     {
         const double scale = std::max(q.scale(d.cost), 0.0);
         const Vector3d s = trust_region_step(d, scale, radius);

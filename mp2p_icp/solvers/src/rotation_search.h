@@ -26,8 +26,10 @@ class RotationQuadratic
     double cost(const Eigen::Matrix3d& R) const;
     Derivatives derivatives(const Eigen::Matrix3d& R) const;
 
-    /// By how much a cost may be off, because of how the matrix was made.
+    /// By how much costs may be off when they are compared, because of how the matrix was made.
     double rounding() const { return rounding_; }
+    /// What translations could take off a cost whose information is no more than rounding.
+    double unresolved() const { return unresolved_; }
     /// The mean cost over all rotations, minus `cost`: what costs are compared with.
     double scale(double cost) const { return mean_cost_ - cost; }
     /// Does the cost depend on R at all, apart from rounding?
@@ -35,7 +37,7 @@ class RotationQuadratic
 
  private:
     Eigen::Matrix<double, 10, 10> Q_;
-    double mean_cost_ = 0, raw_cost_ = 0, rounding_ = 0;
+    double mean_cost_ = 0, raw_cost_ = 0, rounding_ = 0, unresolved_ = 0;
 };
 
 /// A local minimum of a RotationQuadratic.

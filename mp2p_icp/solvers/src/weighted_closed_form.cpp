@@ -9,6 +9,7 @@
 
 #include "gauss_newton_problem.h"
 #include "gnc.h"
+#include "nearest_to_guess.h"
 
 namespace mp2p_icp
 {
@@ -120,13 +121,18 @@ bool solve_weighted(const Pairings& pairings, const WeightParameters& wp, const 
                     OptimalTF_Result& result)
 {
     ClosedForm from_last = how;
-    const auto solve = [&from_last](PreparedPairings& weighted, OptimalTF_Result& out)
+    std::optional<PreparedPairings> last;
+    const auto solve = [&](PreparedPairings& weighted, OptimalTF_Result& out)
     {
         const bool solved = solve_closed_form(weighted, from_last, out);
-        if (solved) from_last.guess = out.optimalPose;
+        if (solved) from_last.guess = out.optimalPose, last = weighted;
         return solved;
     };
-    return solve_weighted(pairings, wp, how.guess, solve, result);
+    if (!solve_weighted(pairings, wp, how.guess, solve, result)) return false;
+    // Along what the inliers leave free, not where outliers had it.
+    if (uses_gnc(wp) && result.status != SolveStatus::Determined)
+        result.optimalPose = nearest_to_guess(*last, result.optimalPose, how.guess.value_or(CPose3D()));
+    return true;
 }
 
 void refine_with_prior(const Pairings& pairings, const WeightParameters& wp,

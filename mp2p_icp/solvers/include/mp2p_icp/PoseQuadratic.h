@@ -42,7 +42,13 @@ struct PoseQuadratic
     Eigen::Vector3d a_centre = Eigen::Vector3d::Zero(),
                     b_centre = Eigen::Vector3d::Zero();  ///< in their frames, m
     double position_weight = 0;                          ///< sum of the weights of all positions
-    double radius = 0;   ///< rms radius of the local points about their centroid, m; 0 if they coincide
+    /// Of the paired local points (no base points of lines, no centroids of planes): the sum of their
+    /// weights, their centroid and their rms radius about it, m; 0 if they coincide.
+    double points_weight = 0;
+    Eigen::Vector3d points_centre = Eigen::Vector3d::Zero();
+    double radius = 0;
+    double rounding =
+        0;               ///< by how much rounding may have changed f at poses near the data, m^2: an estimate
     size_t rows = 0;     ///< scalar equations that count
     size_t skipped = 0;  ///< pairings left out for numbers that are not finite, or a direction of length 0
 
@@ -50,6 +56,9 @@ struct PoseQuadratic
     double L() const { return radius > 0 ? radius : 1; }
     /// Is there anything to solve with?
     bool empty() const { return !(K.trace() > 0); }
+
+    /// Are all numbers finite?
+    bool is_finite() const;
 
     /// f at a pose; never below 0.
     double cost(const OriginPose& pose) const;
@@ -61,7 +70,7 @@ struct PoseQuadratic
      * along global axes. One unit is that of a weight, 1/m^2 times m^2.
      */
     Matrix6 information(const Eigen::Matrix3d& R) const;
-    /** The c of least cost at R; along what no position determines (information below 1e-10 of the largest),
+    /** The c of least cost at R; along what no position determines (information below 1e-12 of the largest),
      * that of `kept`.
      */
     Eigen::Vector3d best_translation(const Eigen::Matrix3d& R, const Eigen::Vector3d& kept) const;
@@ -74,6 +83,9 @@ struct PoseQuadratic
     /// All numbers as they are. \exception DataError for data of another version, cut short, or not finite.
     void serializeTo(mrpt::serialization::CArchive& out) const;
     void serializeFrom(mrpt::serialization::CArchive& in);
+
+ private:
+    void add_radius(const PoseQuadratic& o);
 };
 mrpt::serialization::CArchive& operator<<(mrpt::serialization::CArchive& out, const PoseQuadratic& obj);
 mrpt::serialization::CArchive& operator>>(mrpt::serialization::CArchive& in, PoseQuadratic& obj);
@@ -87,7 +99,7 @@ PoseQuadratic pose_quadratic(const Pairings& pairings, const PairWeights& weight
  * omega) at the mean (t = t0 + dt, R = exp([omega]x) R0) let the information be [Ltt Ltw; Ltw' Lww]. The cost
  * is
  *
- *     (t - t0 + A s)' Ltt (t - t0 + A s) + 4 v' (Lww - Ltw' A) v,   A = pinv(Ltt) Ltw,
+ *     (t - t0 + A s)' Ltt (t - t0 + A s) + 4 v' (Lww - Ltw' A) v,   Ltt A = Ltw,
  *
  * with s = axis sin(angle) and v = axis sin(angle / 2) of R R0': quadratic in the entries of R, and to second
  * order at the mean the prior's own (pose - mean)' Lambda (pose - mean).

@@ -39,6 +39,7 @@ struct CertifiedParameters
 
     /// Which of equal minima to choose, and where to stay along free motions: the nearest rotation, then the
     /// nearest place of the centroid. The search starts there, too. Empty: the identity, without a start.
+    /// (Equal minima that were not met are not compared, and may be nearer; all_minima looks for all.)
     std::optional<mrpt::poses::CPose3D> guess;
 
     /// Enters as rows like any other, see pose_quadratic(). A weight of 1 then stands for 1/m^2.
@@ -54,11 +55,13 @@ struct CertifiedParameters
 struct CertifiedResult : public OptimalTF_Result
 {
     GlobalVerdict verdict = GlobalVerdict::Unobservable;
-    double cost = 0;   ///< of optimalPose: sum of w |r|^2 over all rows, m^2, the prior's among them
+    /// Of optimalPose: sum of w |r|^2 over all rows, m^2, the prior's among them. (What the guess costs along
+    /// a translation with an information below 1e-12 of the largest is in `gap`, not here.)
+    double cost = 0;
     double gap = 0;    ///< no pose costs less than cost - gap, m^2: that is proven, whatever the verdict
     double scale = 0;  ///< the mean cost over all rotations (each with its best translation) less `cost`, m^2
-    /** If positive, no pose but optimalPose has its cost: one turned from it by an angle a costs at least
-     * scale * margin * (1 - cos(a/2)^4) more. At most 1.
+    /** If positive, no rotation but that of optimalPose has its cost: one turned from it by an angle a costs
+     * at least scale * margin * (1 - cos(a/2)^4) more. At most 1. Of the translation it says nothing.
      */
     double margin = 0;
 
@@ -95,9 +98,10 @@ struct CertifiedResult : public OptimalTF_Result
  * as free there.
  *
  * \return false (pose unchanged, SolveStatus::NoPairings) if there is nothing to solve with. \exception
- * std::invalid_argument for weights that are negative or not finite, a guess or a prior that is not finite, a
- * tolerance that is not positive. The same bits on any number of threads. Thread-safe. Cost: one pass over
- * the pairings, then some 20 us; 0.3 ms if all minima are looked for.
+ * std::invalid_argument for weights that are negative or not finite, sums, a guess or a prior that are not
+ * finite, a prior that is not positive semidefinite, a tolerance that is not positive. The same bits on any
+ * number of threads. Thread-safe. Cost: one pass over the pairings, then some 20 us; 0.3 ms if all minima are
+ * looked for.
  */
 bool optimal_tf_certified(const Pairings& in, CertifiedResult& result,
                           const CertifiedParameters& parameters = {});
