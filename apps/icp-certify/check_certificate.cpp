@@ -26,6 +26,9 @@ constexpr Real ROUNDING_OF_A_PAIRING = 4e-16L;
 constexpr Real ROUNDING_OF_ELIMINATION = 4e-15L;
 /// Of what is made from the entries of G, relative to its norm.
 constexpr Real ROUNDING_OF_G = 1e-14L;
+/// What a solver may add to its gap for the rounding of its sums, which enlarges that of light pairings
+/// beside heavy ones. Relative to `scale`; a bound that proves no optimum may be as large as it likes.
+constexpr Real ROUNDING_OF_SUMS = 1e-9L;
 /// Every coefficient may be off by a rounding.
 constexpr Real QUARTIC_MONOMIALS = 35;
 
@@ -210,8 +213,9 @@ class Check
         // The file may or may not count its own rounding.
         const Real allowed = 2 * out_.rounding + 4 * ROUNDING_OF_G * c_.G.norm() * std::abs(c_.scale);
         const Real least = at_most_cost(gap_of_G()) - allowed;
-        const Real most = at_most_cost(gap_of_G() + QUARTIC_MONOMIALS * rounding_of_coefficient()) + allowed;
-        if (c_.gap >= least && c_.gap <= most) return;
+        const Real most = at_most_cost(gap_of_G() + QUARTIC_MONOMIALS * rounding_of_coefficient()) + allowed +
+                          ROUNDING_OF_SUMS * std::abs(out_.scale.found);
+        if (c_.gap >= least && (c_.gap <= most || c_.verdict == "gap")) return;
         compare("gap", out_.gap, 0, " m^2");
     }
 

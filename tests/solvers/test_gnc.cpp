@@ -2,6 +2,7 @@
 #include <mp2p_icp/Solver_OLAE.h>
 #include <mp2p_icp/optimal_tf_horn.h>
 #include <mp2p_icp/optimal_tf_olae.h>
+#include <mp2p_icp/synthetic/report_worlds.h>
 #include <mp2p_icp/yaml_tools.h>
 
 #include <algorithm>
@@ -15,10 +16,10 @@
 
 #include "pose_minimiser.h"
 #include "random_pairings.h"
-#include "report_worlds.h"
 #include "with_threads.h"
 
 using namespace mp2p_icp;
+using namespace mp2p_icp::synthetic;
 using namespace mp2p_icp_test;
 using Indices = std::vector<size_t>;
 

@@ -1,5 +1,6 @@
 #include <mp2p_icp/optimal_tf_horn.h>
 #include <mp2p_icp/optimal_tf_olae.h>
+#include <mp2p_icp/synthetic/report_worlds.h>
 
 #include <algorithm>
 #include <functional>
@@ -8,10 +9,10 @@
 #include <string>
 
 #include "random_pairings.h"
-#include "report_worlds.h"
 #include "test_repetitions.h"
 
 using namespace mp2p_icp;
+using namespace mp2p_icp::synthetic;
 using namespace mp2p_icp_test;
 using Indices = std::vector<size_t>;
 

@@ -1,6 +1,7 @@
 #include <mp2p_icp/optimal_tf_gauss_newton.h>
 #include <mp2p_icp/optimal_tf_horn.h>
 #include <mp2p_icp/optimal_tf_olae.h>
+#include <mp2p_icp/synthetic/report_worlds.h>
 
 #include <algorithm>
 #include <functional>
@@ -10,10 +11,10 @@
 
 #include "pose_minimiser.h"
 #include "random_pairings.h"
-#include "report_worlds.h"
 #include "test_repetitions.h"
 
 using namespace mp2p_icp;
+using namespace mp2p_icp::synthetic;
 using namespace mp2p_icp_test;
 
 namespace
