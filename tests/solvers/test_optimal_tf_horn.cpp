@@ -354,7 +354,7 @@ TEST(OptimalTfHorn, BadWeightsAreTheCallersMistake)
 {
     Pairings p = moved_points(random_points(5, 5, 1), Matrix3d::Identity(), {1, 2, 3});
     OptimalTF_Result r;
-    for (const double bad : {-1e-9, NaN, std::numeric_limits<double>::infinity()})
+    for (const double bad : {-1e-9, 1e21, NaN, std::numeric_limits<double>::infinity()})
     {
         p.point_weights = {{2, 1.0}, {1, bad}};
         EXPECT_THROW(optimal_tf_horn(p, {}, r), std::invalid_argument) << bad;

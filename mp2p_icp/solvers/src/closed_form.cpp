@@ -324,7 +324,7 @@ bool solve_closed_form(PreparedPairings& in, const ClosedForm& how, OptimalTF_Re
     const PairingSums sums = pairing_sums(in);
     result.optimalScale = 1, result.skipped = in.skipped();
     result.status = SolveStatus::NoPairings, result.rank = 0, result.free.clear();
-    if (!(sums.weight(in) > 0) || !sums.usable()) return false;
+    if (!(sums.weight(in) > 0)) return false;
     return !sums.others ? solve_points(in, sums, how, result) : solve_mixed(in, sums, how, result);
 }
 
@@ -355,7 +355,7 @@ bool solve_globally(PreparedPairings& in, const CPose3D& guess, CPose3D& pose)
 {
     OptimalTF_Result result;
     const PairingSums sums = pairing_sums(in);
-    if (!(sums.weight(in) > 0) || !sums.usable()) return false;
+    if (!(sums.weight(in) > 0)) return false;
     if (!sums.others)
     {
         ClosedForm horn;

@@ -283,7 +283,7 @@ bool solve_certified(const Pairings& pairings, CertifiedResult& result, const Ce
         const PairingSums sums = pairing_sums(in);
         certified = in;
         result.optimalPose = out.optimalPose, result.outliers = out.outliers;
-        const PoseQuadratic q = sums.usable() ? pose_quadratic(sums, in) : PoseQuadratic();
+        const PoseQuadratic q = pose_quadratic(sums, in);
         const bool solved = mp2p_icp::solve(q, &in, p, result);
         result.skipped = in.skipped();
         out = result;

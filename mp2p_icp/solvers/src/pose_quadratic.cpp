@@ -276,8 +276,7 @@ PoseQuadratic pose_quadratic(const PairingSums& sums, const PreparedPairings& of
 PoseQuadratic pose_quadratic(const Pairings& pairings, const PairWeights& weights)
 {
     PreparedPairings in(pairings, weights);
-    const PairingSums sums = pairing_sums(in);
-    return sums.usable() ? pose_quadratic(sums, in) : PoseQuadratic();
+    return pose_quadratic(pairing_sums(in), in);
 }
 
 namespace

@@ -10,13 +10,13 @@ namespace mp2p_icp
 namespace
 {
 constexpr size_t KINDS = 5;
-/// Coordinates beyond this might overflow in the sums; no map is that large.
-constexpr double LARGEST_COORDINATE = 1e30;
+/// Beyond these, squares of the sums might overflow; no map is that large, and no sensor that exact.
+constexpr double LARGEST_COORDINATE = 1e20, LARGEST_WEIGHT = 1e20;
 
 void check(double weight)
 {
-    if (!(weight >= 0) || weight > std::numeric_limits<double>::max())
-        throw std::invalid_argument("weights of pairings must be finite and not negative, got " +
+    if (!(weight >= 0 && weight <= LARGEST_WEIGHT))
+        throw std::invalid_argument("weights of pairings must be between 0 and 1e20, got " +
                                     std::to_string(weight));
 }
 

@@ -23,7 +23,7 @@ struct ListWeights
 };
 
 /** Pairings as solvers use them: with a weight each, and without those that cannot be used. Numbers that are
- * not finite (or beyond 1e30) are found by drop_unusable(), which is called only when a sum over the
+ * not finite (or beyond 1e20) are found by drop_unusable(), which is called only when a sum over the
  * pairings shows that there are some: looking for them each time would cost as much as solving.
  */
 class PreparedPairings

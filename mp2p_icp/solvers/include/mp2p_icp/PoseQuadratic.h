@@ -90,8 +90,8 @@ struct PoseQuadratic
 mrpt::serialization::CArchive& operator<<(mrpt::serialization::CArchive& out, const PoseQuadratic& obj);
 mrpt::serialization::CArchive& operator>>(mrpt::serialization::CArchive& in, PoseQuadratic& obj);
 
-/** That of all pairings that are finite. \exception std::invalid_argument for a weight that is negative or
- * not finite. One pass in fixed blocks: the same bits on any number of threads.
+/** That of all pairings that are finite. \exception std::invalid_argument for a weight that is not
+ * from 0 to 1e20. One pass in fixed blocks: the same bits on any number of threads.
  */
 PoseQuadratic pose_quadratic(const Pairings& pairings, const PairWeights& weights = {});
 

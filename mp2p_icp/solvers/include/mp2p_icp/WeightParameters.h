@@ -16,7 +16,7 @@ enum class DirectionSign : uint8_t
 };
 
 /** How much each kind of pairing counts, and how its directions are compared. Weights are factors on squared
- * residuals, not negative: of 1/m^2 for positions (points on points, lines or planes; base points of lines;
+ * residuals, from 0 to 1e20: of 1/m^2 for positions (points on points, lines or planes; base points of lines;
  * centroids of planes), of 1/rad^2 for directions. They multiply the pairings' own weights.
  */
 struct PairWeights : public Parameterizable

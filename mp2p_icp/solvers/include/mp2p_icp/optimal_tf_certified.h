@@ -98,7 +98,7 @@ struct CertifiedResult : public OptimalTF_Result
  * as free there.
  *
  * \return false (pose unchanged, SolveStatus::NoPairings) if there is nothing to solve with. \exception
- * std::invalid_argument for weights that are negative or not finite, sums, a guess or a prior that are not
+ * std::invalid_argument for weights that are not from 0 to 1e20, sums, a guess or a prior that are not
  * finite, a prior that is not positive semidefinite, a tolerance that is not positive. The same bits on any
  * number of threads. Thread-safe. Cost: one pass over the pairings, then some 20 us; 0.3 ms if all minima are
  * looked for.

@@ -28,8 +28,8 @@ namespace mp2p_icp
  *
  * \param guess Also the estimate for a robust kernel if WeightParameters has none. \return false (pose
  * unchanged, SolveStatus::NoPairings) if there is nothing to solve with. Pairings whose numbers are not
- * finite are skipped and counted. \exception std::invalid_argument for a weight that is negative or not
- * finite, a guess that is not finite, a scale or threshold that is not positive, a robust kernel without an
+ * finite are skipped and counted. \exception std::invalid_argument for a weight that is not from 0 to
+ * 1e20, a guess that is not finite, a scale or threshold that is not positive, a robust kernel without an
  * estimate. Sums run in fixed blocks: the same bits on any number of threads. Cost: one pass over the points,
  * and some 0.2 us. Thread-safe.
  */
