@@ -47,8 +47,8 @@ struct PoseQuadratic
     double points_weight = 0;
     Eigen::Vector3d points_centre = Eigen::Vector3d::Zero();
     double radius = 0;
-    double rounding =
-        0;               ///< by how much rounding may have changed f at poses near the data, m^2: an estimate
+    /// An estimate of what rounding may have changed in f at poses that fit, m^2.
+    double rounding = 0;
     size_t rows = 0;     ///< scalar equations that count
     size_t skipped = 0;  ///< pairings left out for numbers that are not finite, or a direction of length 0
 
