@@ -52,7 +52,9 @@ void expect_brute_force_to_fail(size_t rounds, size_t starts, uint64_t seed)
                               sets++, proven += r.gap <= p.tolerance * r.scale, verdicts[r.verdict]++;
                               expect_nothing_lower(pairings, p.weights.pair_weights, r, starts, random);
                           });
-    EXPECT_GE(static_cast<double>(proven), 0.999 * static_cast<double>(sets)) << proven << " of " << sets;
+    // 99.9 %; of few sets one may be missing: where the translation is known very badly, the gap's allowance
+    // for rounding is above the tolerance.
+    EXPECT_LE(sets - proven, std::max<size_t>(1, sets / 1000)) << proven << " of " << sets;
     EXPECT_EQ(verdicts[GlobalVerdict::Unobservable], 0u) << "these sets determine the pose";
     EXPECT_GT(verdicts[GlobalVerdict::Global], sets / 2);
 }

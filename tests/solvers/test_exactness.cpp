@@ -366,13 +366,13 @@ TEST(Exactness, PointsNearALineGiveWhatTheirSpreadAllows)
         }
 }
 
-// Closed forms take the rotation from vectors alone where those determine it, however badly, although points
-// on planes would give it well: that is how they are defined. What it costs is bounded by the vectors'
-// spread, and Gauss-Newton does not pay it.
-TEST(Exactness, ClosedFormsAreAsExactAsTheirVectorsAllow)
+// Closed forms take the rotation from vectors alone where those determine it, although points on planes would
+// give it better: that is how they are defined. What it costs is bounded by the vectors' spread, and
+// Gauss-Newton does not pay it. Below a spread of 3 % all rows are used.
+TEST(Exactness, ClosedFormsAreAsExactAsTheirVectorsAllowUnlessThoseAreNearlyParallel)
 {
     SeededRandom random(2);
-    for (const double spread : {1.0, 1e-2, 1e-4, 1e-5, 1e-6, 1e-7})
+    for (const double spread : {1.0, 1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7})
         for (int k = 0; k < 5; k++)
         {
             Problem p;
@@ -385,7 +385,7 @@ TEST(Exactness, ClosedFormsAreAsExactAsTheirVectorsAllow)
             {
                 SCOPED_TRACE(testing::Message() << solver.name << ", k " << k << ", spread " << spread);
                 const bool closed_form = solver.name != "gauss_newton";
-                const double less = closed_form ? std::max(1.0, 0.1 / spread) : 1.0;
+                const double less = closed_form && spread > 0.03 ? std::max(1.0, 0.1 / spread) : 1.0;
                 EXPECT_LE(relative_error(p, solved(solver, {}, p.set.pairings), 1e-12 * less), 1);
             }
         }

@@ -181,7 +181,7 @@ EigenAttitude eigen_attitude(const Matrix3d& B, double scale, const Matrix3d& gu
         q += eigen.eigenvectors().col(i).dot(start) * eigen.eigenvectors().col(i);
     // Alone, or with a guess exactly opposite to all optima: any of them.
     if (multiplicity == 1 || q.norm() < 1e-9) q = eigen.eigenvectors().col(3);
-    return {quaternion(q).toRotationMatrix(), multiplicity == 1};
+    return {quaternion(q).toRotationMatrix(), multiplicity == 1, (values(3) - values(2)) / scale};
 }
 
 OlaeFrame::OlaeFrame(const PointSums& vectors, const Quaterniond& q) : axis_(1, 0, 0, 0), flip_(1, 1, 1)

@@ -100,6 +100,7 @@ struct RotationFound
     Matrix3d R = Matrix3d::Identity();
     bool determined = false;  ///< by the vectors alone
     bool sure = false;        ///< with no need to look closer
+    bool badly = false;       ///< determined, but by vectors with a spread below 3 %
 };
 
 CPose3D guess_of(const ClosedForm& how)
@@ -111,19 +112,20 @@ RotationFound find_rotation(const VectorSet& vectors, const PreparedPairings& in
 {
     const AttitudeMethod method = how.method;
     const Attitude fast = fast_attitude(vectors.profile(), method);
-    if (fast.sure) return {fast.q.toRotationMatrix(), true, true};
+    if (fast.sure) return {fast.q.toRotationMatrix(), true, true, false};
     const double scale = attitude_scale(vectors.profile());
     const Matrix3d guess = rotation_of(guess_of(how));
-    if (!(scale > 0)) return {guess, false, false};
+    if (!(scale > 0)) return {guess, false, false, false};
     const auto eigen = eigen_attitude(vectors.profile().B, scale, guess);
-    if (!eigen.determined) return {eigen.R, false, false};
+    if (!eigen.determined) return {eigen.R, false, false, false};
+    const bool badly = eigen.distance < 1e-3;
     if (method == AttitudeMethod::OlaeReport || method == AttitudeMethod::OlaeLeastSquares)
         return {
             refined_olae(vectors, in.size(),
                          method == AttitudeMethod::OlaeReport ? OlaeSystem::Report : OlaeSystem::LeastSquares,
                          eigen.R),
-            true, false};
-    return {refined_by_residuals(vectors, in.size(), eigen.R), true, false};
+            true, false, badly};
+    return {refined_by_residuals(vectors, in.size(), eigen.R), true, false, badly};
 }
 
 // ---- The translation
@@ -282,14 +284,15 @@ bool solve_mixed(const PreparedPairings& in, const PairingSums& sums, const Clos
     if (how.guess) projection_guess = relative_to(sums.a_origin, sums.b_origin, *how.guess);
     const VectorSet vectors(in, sums, how.points, sign_reference(in, q, how), projection_guess);
     const RotationFound found = find_rotation(vectors, in, how);
-    if (!found.determined)
+    OriginPose pose{found.R, {}};
+    pose.c = q.best_translation(found.R, relative_to(q.a_centre, q.b_centre, guess).c);
+    // Where vectors say little of the rotation, or nothing, all rows together may say more.
+    if (!found.determined || (found.badly && clearly_determined(q, pose)))
     {
         result.optimalPose = search_globally(in, q, guess);
         analyse_pose(in, how.sigma, result);
         return true;
     }
-    OriginPose pose{found.R, {}};
-    pose.c = q.best_translation(found.R, relative_to(q.a_centre, q.b_centre, guess).c);
     pose.c = refined_translation(in, q, pose);
     result.optimalPose = absolute(q.a_centre, q.b_centre, pose);
     if (clearly_determined(q, pose))
