@@ -17,6 +17,16 @@ mrpt::maps::CPointsMap::Ptr input_layer(const FilterBase& filter, const mp2p_icp
     }
 }
 
+Eigen::Vector3d position_value(const std::array<mp2p_icp::Formula, 3>& formulas,
+                               const mp2p_icp::RunVariables& variables, const std::string& name)
+{
+    const auto value = [&](size_t i) {
+        return mp2p_icp::checked_value(formulas[i], variables, name,
+                                       mp2p_icp::Range::open(-INFINITY, INFINITY));
+    };
+    return {value(0), value(1), value(2)};
+}
+
 void write_layer(mp2p_icp::metric_map_t& map, const std::string& name, const mrpt::maps::CPointsMap& from,
                  const std::vector<size_t>& indices)
 {

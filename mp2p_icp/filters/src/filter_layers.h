@@ -2,6 +2,8 @@
 
 #include <mp2p_icp_filters/FilterBase.h>
 
+#include <Eigen/Dense>
+#include <array>
 #include <cmath>
 #include <string>
 #include <vector>
@@ -11,6 +13,10 @@ namespace mp2p_icp_filters
 /// The cloud to read. \exception std::invalid_argument as metric_map_t::point_layer(), naming the filter too.
 mrpt::maps::CPointsMap::Ptr input_layer(const FilterBase& filter, const mp2p_icp::metric_map_t& map,
                                         const std::string& name);
+
+/// The values of the formulas of a position now. \exception std::runtime_error if one is not finite.
+Eigen::Vector3d position_value(const std::array<mp2p_icp::Formula, 3>& formulas,
+                               const mp2p_icp::RunVariables& variables, const std::string& name);
 
 /// Puts the points `indices` of `from` into the layer `name`, a new cloud of the same class. Nothing if the
 /// name is empty.
