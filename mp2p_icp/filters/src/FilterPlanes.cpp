@@ -1,6 +1,5 @@
 #include <mp2p_icp/point_fields.h>
 #include <mp2p_icp_filters/FilterPlanes.h>
-#include <mrpt/maps/CSimplePointsMap.h>
 
 #include "filter_layers.h"
 
@@ -27,22 +26,6 @@ void FilterPlanes::declare_parameters(mp2p_icp::ParameterDeclaration& declare)
     plane_parameters.declare_parameters(declare);
 }
 
-namespace
-{
-void write_centroids(const std::vector<mp2p_icp::fitted_plane_t>& planes, const std::string& layer,
-                     mp2p_icp::metric_map_t& map)
-{
-    if (layer.empty()) return;
-    const auto cloud = mrpt::maps::CSimplePointsMap::Create();
-    for (const auto& plane : planes)
-    {
-        const mrpt::math::TPoint3Df p(plane.centroid);
-        cloud->insertPoint(p.x, p.y, p.z);
-    }
-    map.layers[layer] = cloud;
-}
-}  // namespace
-
 void FilterPlanes::filter(mp2p_icp::metric_map_t& inOut) const
 {
     const auto cloud = input_layer(*this, inOut, input_pointcloud_layer);
@@ -54,7 +37,7 @@ void FilterPlanes::filter(mp2p_icp::metric_map_t& inOut) const
         inOut.planes.push_back(found.plane);
         for (const uint32_t i : found.inliers) in_plane[i] = true;
     }
-    write_centroids(inOut.planes, output_layer_centroids, inOut);
+    write_centroids(inOut, output_layer_centroids);
     std::vector<size_t> chosen, others;
     for (const size_t i : mp2p_icp::finite_points(*cloud)) (in_plane[i] ? chosen : others).push_back(i);
     write_layer(inOut, output_layer_plane_points, *cloud, chosen);

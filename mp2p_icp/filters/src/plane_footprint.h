@@ -31,8 +31,7 @@ struct Footprint
     std::vector<uint32_t> surface;       ///< those that may also be above or below the plane on average
     std::vector<uint32_t> claimed;       ///< all of them, and those in the squares around; increasing
     size_t inside = 0;                   ///< how many of them are not only around
-    size_t uneven =
-        0;  ///< of these, how many in squares that are not level with the plane, with nothing beside
+    size_t uneven = 0;                   ///< of these, how many in squares not level with the plane
 };
 Footprint footprint(const BlockedPoints& all, const FootprintQuery& query,
                     const std::vector<uint32_t>& starts);
