@@ -169,3 +169,70 @@ TEST(MetricMapSerialization, theFilesOfTheOriginalReadAndAreWrittenByteForByte)
         EXPECT_EQ(gunzipped(copy.path()), gunzipped(path));
     }
 }
+
+namespace
+{
+const std::string no_georeference_or_metadata = text("mp2p_icp::Georeferencing") + std::string("\0\0\0", 3);
+std::string golden_fits(double last_number)
+{
+    return std::string("\0", 1)                                                             // version
+           + "\x01" + doubles(1, 0, 0, -2, 3) + little_endian<uint64_t>(40) + doubles(0.5)  // the line
+           + doubles(1, 2, 3, 4, 5, 6, 7, 8, 9, 10)                                         //
+           + "\x01" + doubles(0, 1, 0, -1, 2, -3, 4) + little_endian<uint64_t>(50) +
+           doubles(0.25)  // the plane
+           + doubles(1, 2, 3, 4, 5, last_number);
+}
+
+metric_map_t golden_map_with_fits()
+{
+    metric_map_t map = golden_map();
+    auto& line = map.lines[0].fit.emplace();
+    line.axis_a = {1, 0, 0}, line.begin = -2, line.end = 3, line.inliers = 40, line.sigma = 0.5;
+    line.covariance << 1, 2, 3, 4, 2, 5, 6, 7, 3, 6, 8, 9, 4, 7, 9, 10;
+    auto& plane = map.planes[0].fit.emplace();
+    plane.axis_u = {0, 1, 0}, plane.u_min = -1, plane.u_max = 2, plane.v_min = -3, plane.v_max = 4;
+    plane.inliers = 50, plane.sigma = 0.25;
+    plane.covariance << 1, 2, 3, 2, 4, 5, 3, 5, 6;
+    return map;
+}
+}  // namespace
+
+TEST(MetricMapSerialization, version128AddsTheFitsOfLinesAndPlanes)
+{
+    const std::string bytes = golden(128, id_and_label + no_georeference_or_metadata + golden_fits(6));
+    const metric_map_t map = golden_map_with_fits();
+    EXPECT_EQ(archive_of(map), bytes);
+    const auto read = load_bytes(bytes, ".mm").map;
+    expect_equal(*read, map);
+    ASSERT_TRUE(read->lines[0].fit && read->planes[0].fit);
+    EXPECT_EQ(read->lines[0].fit->covariance, map.lines[0].fit->covariance);
+    EXPECT_EQ(read->planes[0].fit->covariance, map.planes[0].fit->covariance);
+    EXPECT_EQ(read->planes[0].fit->inliers, 50u);
+    EXPECT_EQ(archive_of(*read), bytes);
+}
+
+TEST(MetricMapSerialization, someMayHaveFitsAndMetadataStay)
+{
+    metric_map_t map = golden_map_with_fits();
+    map.planes.insert(map.planes.begin(), mp2p_icp::fitted_plane_t());
+    map.planes[0].plane.coefs = {0, 0, 1, 0};
+    map.lines[0].fit.reset();
+    map.metadata["height"] = 2.5;
+    const auto read = load_bytes(archive_of(map), ".mm").map;
+    expect_equal(*read, map);
+    EXPECT_FALSE(read->planes[0].fit || read->lines[0].fit);
+    ASSERT_TRUE(read->planes[1].fit);
+    EXPECT_EQ(read->planes[1].fit->v_max, 4);
+    EXPECT_EQ(read->metadata["height"].as<double>(), 2.5);
+}
+
+TEST(MetricMapSerialization, fitsThatAreNoneAreRefused)
+{
+    const auto bytes_of = [](const std::string& fits)
+    { return golden(128, id_and_label + no_georeference_or_metadata + fits); };
+    EXPECT_TRUE(contains(error_of_bytes(bytes_of(golden_fits(-1)), ".mm"), "numbers that no fit gives"));
+    std::string other = golden_fits(6);
+    other[0] = 3;
+    EXPECT_TRUE(contains(error_of_bytes(bytes_of(other), ".mm"), "version 3 of the fits"));
+    EXPECT_FALSE(error_of_bytes(bytes_of(golden_fits(6).substr(0, 100)), ".mm").empty());
+}

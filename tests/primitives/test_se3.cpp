@@ -140,3 +140,34 @@ TEST(Se3, PointsOfAPlaneMoveWithItAndKeepTheirSide)
         }
     }
 }
+
+TEST(compose, fitsTurnWithTheirPrimitives)
+{
+    SeededRandom random(5);
+    for (int i = 0; i < 20; i++)
+    {
+        const CPose3D pose = any_pose(random);
+        mp2p_icp::fitted_plane_t plane;
+        plane.plane.coefs = {0, 0, 1, -2};
+        plane.centroid = {3, 4, 2};
+        plane.fit.emplace().axis_u = {0.6, 0.8, 0};
+        plane.fit->u_min = -1, plane.fit->inliers = 7, plane.fit->covariance(0, 2) = 5;
+        const auto moved = compose(pose, plane);
+        EXPECT_NEAR((moved.fit->axis_u - rotation_of(pose) * plane.fit->axis_u).norm(), 0, 1e-14);
+        EXPECT_NEAR(moved.fit->axis_u.dot(moved.normal()), 0, 1e-14);
+        EXPECT_EQ(moved.fit->u_min, -1);
+        EXPECT_EQ(moved.fit->inliers, 7u);
+        EXPECT_EQ(moved.fit->covariance, plane.fit->covariance);
+        EXPECT_EQ(moved.plane.coefs, compose(pose, static_cast<const plane_patch_t&>(plane)).plane.coefs);
+
+        mp2p_icp::fitted_line_t line;
+        line.pBase = {1, 2, 3}, line.director = {0, 0, 1};
+        EXPECT_FALSE(compose(pose, line).fit);
+        line.fit.emplace().axis_a = {0.6, 0.8, 0};
+        line.fit->end = 2;
+        const auto moved_line = compose(pose, line);
+        EXPECT_NEAR((moved_line.fit->axis_a - rotation_of(pose) * line.fit->axis_a).norm(), 0, 1e-14);
+        EXPECT_EQ(moved_line.fit->end, 2);
+        EXPECT_EQ(moved_line.pBase, pose.composePoint(line.pBase));
+    }
+}

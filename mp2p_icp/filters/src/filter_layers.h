@@ -2,6 +2,8 @@
 
 #include <mp2p_icp_filters/FilterBase.h>
 
+#include <Eigen/Dense>
+#include <array>
 #include <cmath>
 #include <string>
 #include <vector>
@@ -12,10 +14,21 @@ namespace mp2p_icp_filters
 mrpt::maps::CPointsMap::Ptr input_layer(const FilterBase& filter, const mp2p_icp::metric_map_t& map,
                                         const std::string& name);
 
+/// The values of the formulas of a position now. \exception std::runtime_error if one is not finite.
+Eigen::Vector3d position_value(const std::array<mp2p_icp::Formula, 3>& formulas,
+                               const mp2p_icp::RunVariables& variables, const std::string& name);
+
 /// Puts the points `indices` of `from` into the layer `name`, a new cloud of the same class. Nothing if the
 /// name is empty.
 void write_layer(mp2p_icp::metric_map_t& map, const std::string& name, const mrpt::maps::CPointsMap& from,
                  const std::vector<size_t>& indices);
+
+/// Puts places into the layer `name`, a new CSimplePointsMap. Nothing if the name is empty.
+void write_places(mp2p_icp::metric_map_t& map, const std::string& name,
+                  const std::vector<mrpt::math::TPoint3D>& places);
+
+/// The centroids of the map's planes, by write_places().
+void write_centroids(mp2p_icp::metric_map_t& map, const std::string& name);
 
 /** Divides the finite points of layer `input` in two by `is_first(x, y, z)`, and writes those parts that have
  * a name, each in the order of the input. The input layer may be one of the outputs.

@@ -4,6 +4,9 @@
 #include <mp2p_icp_filters/FilterByRange.h>
 #include <mp2p_icp_filters/FilterDecimateVoxels.h>
 #include <mp2p_icp_filters/FilterDeleteLayer.h>
+#include <mp2p_icp_filters/FilterEdgesPlanes.h>
+#include <mp2p_icp_filters/FilterLines.h>
+#include <mp2p_icp_filters/FilterPlanes.h>
 #include <mp2p_icp_filters/Generator.h>
 #include <mrpt/core/initializer.h>
 
@@ -15,7 +18,8 @@ void register_classes()
     {
         for (const auto* id :
              {CLASS_ID(FilterBase), CLASS_ID(FilterBoundingBox), CLASS_ID(FilterByRange),
-              CLASS_ID(FilterDecimateVoxels), CLASS_ID(FilterDeleteLayer), CLASS_ID(Generator)})
+              CLASS_ID(FilterDecimateVoxels), CLASS_ID(FilterDeleteLayer), CLASS_ID(FilterEdgesPlanes),
+              CLASS_ID(FilterLines), CLASS_ID(FilterPlanes), CLASS_ID(Generator)})
             mrpt::rtti::registerClass(id);
         return true;
     }();

@@ -5,6 +5,7 @@
 #include <mrpt/serialization/stl_serialization.h>
 #include <mrpt/version.h>
 
+#include "fits_serialization.h"
 #include "metadata_text.h"
 
 /** \file metricmap_serialization.cpp
@@ -15,7 +16,8 @@
  *  - u32 number of layers; each: its name, and the MRPT object;
  *  - from version 1 on: MRPT's form of optional<uint64_t> id, optional<string> label;
  *  - from version 4 on: the georeference block: its name, version byte 0, u8 present;
- *  - from version 5 on: u8 present, and then the metadata as YAML text.
+ *  - from version 5 on: u8 present, and then the metadata as YAML text;
+ *  - version 128 only: the fits, see fits_serialization.h.
  */
 namespace mp2p_icp
 {
@@ -24,6 +26,7 @@ using mrpt::serialization::CArchive;
 namespace
 {
 constexpr const char* GEOREFERENCE = "mp2p_icp::Georeferencing";
+constexpr uint8_t WITH_FITS = 128;  // far from what the original may come to use
 
 bool has_metadata(const mrpt::containers::yaml& metadata)
 {
@@ -37,18 +40,18 @@ DataError bad(const std::string& problem)
 
 // Counts are not to be believed before the items have come: containers grow as items are read.
 
-void read_planes(CArchive& in, std::vector<plane_patch_t>& planes)
+void read_planes(CArchive& in, std::vector<fitted_plane_t>& planes)
 {
     const auto count = in.ReadAs<uint32_t>();
     for (uint32_t i = 0; i < count; i++)
     {
-        plane_patch_t patch;
+        fitted_plane_t patch;
         in >> patch.plane >> patch.centroid;
         planes.push_back(patch);
     }
 }
 
-void read_lines_again(CArchive& in, std::vector<mrpt::math::TLine3D>& lines)
+void read_lines_again(CArchive& in, std::vector<fitted_line_t>& lines)
 {
     const auto count = in.ReadAs<uint32_t>();
     lines.clear();
@@ -89,16 +92,17 @@ void read_georeference(CArchive& in)
 
 uint8_t metric_map_t::serializeGetVersion() const
 {
+    if (has_fits(*this)) return WITH_FITS;
     return has_metadata(metadata) ? 5 : 1;
 }
 
 void metric_map_t::serializeTo(CArchive& out) const
 {
-    out << lines;
+    out << std::vector<mrpt::math::TLine3D>(lines.begin(), lines.end());
     out.WriteAs<uint32_t>(planes.size());
     for (const auto& p : planes) out << p.plane << p.centroid;
     out.WriteAs<uint32_t>(lines.size());
-    for (const auto& l : lines) out << l;
+    for (const auto& l : lines) out << static_cast<const mrpt::math::TLine3D&>(l);
     out.WriteAs<uint32_t>(layers.size());
     for (const auto& [name, layer] : layers)
     {
@@ -106,20 +110,23 @@ void metric_map_t::serializeTo(CArchive& out) const
         out << name << *layer;
     }
     out << id << label;
-    if (!has_metadata(metadata)) return;
+    if (serializeGetVersion() < 5) return;
     out << std::string(GEOREFERENCE);
     out.WriteAs<uint8_t>(0);
     out << false;  // no georeference
-    out << true << metadata_to_text(metadata);
+    out << has_metadata(metadata);
+    if (has_metadata(metadata)) out << metadata_to_text(metadata);
+    if (has_fits(*this)) write_fits(*this, out);
 }
 
 void metric_map_t::serializeFrom(CArchive& in, uint8_t version)
 {
-    if (version > 1 && version != 5)
+    if (version > 1 && version != 5 && version != WITH_FITS)
         throw bad("version " + std::to_string(version) +
-                  " is not supported (only 0, 1, and 5 without georeference)");
+                  " is not supported (only 0, 1, 5 without georeference, and 128)");
     clear();
-    in >> lines;
+    std::vector<mrpt::math::TLine3D> first_copy;
+    in >> first_copy;
     read_planes(in, planes);
     read_lines_again(in, lines);
     read_layers(in, layers);
@@ -127,6 +134,7 @@ void metric_map_t::serializeFrom(CArchive& in, uint8_t version)
     if (version < 5) return;
     read_georeference(in);
     if (in.ReadAs<bool>()) metadata = metadata_from_text(in.ReadAs<std::string>());
+    if (version == WITH_FITS) read_fits(in, *this);
 }
 
 }  // namespace mp2p_icp

@@ -1,3 +1,5 @@
+#include <mp2p_icp/Matcher_Lines.h>
+#include <mp2p_icp/Matcher_Planes.h>
 #include <mp2p_icp/Matcher_Points_DistanceThreshold.h>
 #include <mp2p_icp/Matcher_Points_InlierRatio.h>
 #include <mrpt/core/initializer.h>
@@ -5,6 +7,8 @@
 MRPT_INITIALIZER(register_mp2p_icp_matchers)
 {
     mrpt::rtti::registerClass(CLASS_ID_NAMESPACE(Matcher, mp2p_icp));
+    mrpt::rtti::registerClass(CLASS_ID_NAMESPACE(Matcher_Lines, mp2p_icp));
+    mrpt::rtti::registerClass(CLASS_ID_NAMESPACE(Matcher_Planes, mp2p_icp));
     mrpt::rtti::registerClass(CLASS_ID_NAMESPACE(Matcher_Points_Base, mp2p_icp));
     mrpt::rtti::registerClass(CLASS_ID_NAMESPACE(Matcher_Points_DistanceThreshold, mp2p_icp));
     mrpt::rtti::registerClass(CLASS_ID_NAMESPACE(Matcher_Points_InlierRatio, mp2p_icp));

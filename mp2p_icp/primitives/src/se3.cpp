@@ -62,4 +62,20 @@ plane_patch_t compose(const CPose3D& pose, const plane_patch_t& patch)
     return out;
 }
 
+fitted_line_t compose(const CPose3D& pose, const fitted_line_t& line)
+{
+    fitted_line_t out = compose(pose, static_cast<const mrpt::math::TLine3D&>(line));
+    out.fit = line.fit;
+    if (out.fit) out.fit->axis_a = rotation_of(pose) * line.fit->axis_a;
+    return out;
+}
+
+fitted_plane_t compose(const CPose3D& pose, const fitted_plane_t& plane)
+{
+    fitted_plane_t out = compose(pose, static_cast<const plane_patch_t&>(plane));
+    out.fit = plane.fit;
+    if (out.fit) out.fit->axis_u = rotation_of(pose) * plane.fit->axis_u;
+    return out;
+}
+
 }  // namespace mp2p_icp

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <mp2p_icp/fitted_line.h>
 #include <mp2p_icp/nn_index.h>
 #include <mp2p_icp/plane_patch.h>
 #include <mp2p_icp/render_params.h>
@@ -30,7 +31,8 @@ class LayerIndexCache;
  * once; changing them needs exclusive access.
  *
  * Serialization: the original's layout, version 1 (5 when there is metadata); versions 0, 1 and 5 without
- * georeference are read.
+ * georeference are read. Where lines or planes come with a fit, version 128, which the original does not
+ * know.
  */
 class metric_map_t : public mrpt::serialization::CSerializable,
                      public std::enable_shared_from_this<metric_map_t>
@@ -48,8 +50,8 @@ class metric_map_t : public mrpt::serialization::CSerializable,
     ~metric_map_t() override;
 
     std::map<layer_name_t, mrpt::maps::CMetricMap::Ptr> layers;
-    std::vector<mrpt::math::TLine3D> lines;  ///< infinite lines, unit director
-    std::vector<plane_patch_t> planes;
+    std::vector<fitted_line_t> lines;  ///< infinite lines, unit director
+    std::vector<fitted_plane_t> planes;
 
     std::optional<uint64_t> id;
     std::optional<std::string> label;

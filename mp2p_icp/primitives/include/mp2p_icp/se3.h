@@ -1,5 +1,6 @@
 #pragma once
 
+#include <mp2p_icp/fitted_line.h>
 #include <mp2p_icp/plane_patch.h>
 #include <mrpt/math/TLine3D.h>
 #include <mrpt/poses/CPose3D.h>
@@ -33,5 +34,8 @@ inline mrpt::math::TPoint3D to_mrpt(const Eigen::Vector3d& v)
 /// The line, plane or patch as seen from the frame in which `pose` stands: points p map to `pose (+) p`.
 mrpt::math::TLine3D compose(const mrpt::poses::CPose3D& pose, const mrpt::math::TLine3D& line);
 plane_patch_t compose(const mrpt::poses::CPose3D& pose, const plane_patch_t& patch);
+/// \overload With their fits, whose axes turn with them.
+fitted_line_t compose(const mrpt::poses::CPose3D& pose, const fitted_line_t& line);
+fitted_plane_t compose(const mrpt::poses::CPose3D& pose, const fitted_plane_t& plane);
 
 }  // namespace mp2p_icp
