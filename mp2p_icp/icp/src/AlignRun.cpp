@@ -8,8 +8,9 @@
 #include <algorithm>
 #include <iostream>
 #include <limits>
-#include <numeric>
 #include <stdexcept>
+
+#include "cost_comparison.h"
 
 namespace mp2p_icp
 {
@@ -252,26 +253,6 @@ void AlignRun::reject(Results& out, Verdict verdict, const std::string& reason) 
 
 namespace
 {
-double mean(const std::vector<double>& values)
-{
-    const double sum = std::accumulate(values.begin(), values.end(), 0.0);
-    return values.empty() ? 0.0 : sum / static_cast<double>(values.size());
-}
-
-/** Has the mean risen by more than twice its own standard error? Costs are samples: which points lie just
- * inside the gate, and which one is the nearest, changes with every micrometre, so that one of two equally
- * good poses would always be "worse". The rounding of float distances is not a rise either.
- */
-bool has_risen(const std::vector<double>& from, const std::vector<double>& to, double gate)
-{
-    const size_t n = std::min(from.size(), to.size());
-    const double rise = mean(to) - mean(from), count = static_cast<double>(n);
-    double squares = 0;
-    for (size_t i = 0; i < n; i++) squares += std::pow(to[i] - from[i] - rise, 2);
-    const double standard_error = n > 1 ? std::sqrt(squares / (count * (count - 1))) : 0.0;
-    return rise > 2 * standard_error + 1e-6 * mean(from) + 1e-12 * gate * gate;
-}
-
 double largest_pair_distance(const Pairings& pairings)
 {
     double largest_sq = 0;
@@ -315,9 +296,9 @@ void AlignRun::judge(Results& out)
                           " possible pairings were found: too little overlap");
     }
     const double final_gate = gate(last_iteration_).value_or(largest_pair_distance(at_end_));
-    const auto at_guess = costs_at(guess_, final_gate), at_result = costs_at(pose_, final_gate);
-    out.cost_at_guess = mean(at_guess), out.cost_at_end = mean(at_result);
-    if (has_risen(at_guess, at_result, final_gate))
+    const auto costs = compare_costs(costs_at(guess_, final_gate), costs_at(pose_, final_gate));
+    out.cost_at_guess = costs.from, out.cost_at_end = costs.to;
+    if (costs.has_risen(final_gate))
         return reject(out, Verdict::worse_than_guess,
                       "the mean truncated squared distance rose from " + to_text(out.cost_at_guess) +
                           " m^2 at the guess to " + to_text(out.cost_at_end) + " m^2");
