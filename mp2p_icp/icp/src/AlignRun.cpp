@@ -65,23 +65,19 @@ Results AlignRun::run()
 void AlignRun::iterate()
 {
     first_gate_ = gate(0);
+    poses_ = {guess_};
     for (uint32_t iteration = 0; iteration < parameters_.maxIterations;)
     {
         last_iteration_ = iteration;
         const size_t handed_over = solver_context_.switched_off.size();
         if (!one_iteration(iteration)) return;
-        uint32_t next = iteration + 1;
-        if (has_stalled() && solver_context_.switched_off.size() == handed_over)
-        {
-            const auto change = next_change(iteration);
-            if (!change || *change >= parameters_.maxIterations)
-            {
-                reason_ = IterTermReason::Stalled;
-                return;
-            }
-            next = *change;  // nothing would move until then
-        }
-        iteration = next;
+        const auto change = next_change(iteration);
+        const bool handed_over_now = solver_context_.switched_off.size() != handed_over;
+        const auto ending = handed_over_now ? std::nullopt : is_ending();
+        if (ending && (!change || *change >= parameters_.maxIterations)) return end(*ending);
+        // Once something changes, the same pose need not lead to the same next one.
+        if (ending || handed_over_now || change == iteration + 1) poses_ = {pose_};
+        iteration = ending ? *change : iteration + 1;  // nothing would move until then
     }
     reason_ = IterTermReason::MaxIterations;
 }
@@ -127,9 +123,9 @@ bool AlignRun::solve(const Pairings& pairings, uint32_t iteration)
     if (!run_solvers(icp_.solvers_, pairings, solution, solver_context_)) return false;
     solution_ = solution;
     solved_++;
-    before_that_ = before_;
     before_ = pose_;
     pose_ = solution.optimalPose;
+    poses_.push_back(pose_);
     return true;
 }
 
@@ -141,15 +137,30 @@ bool AlignRun::has_diverged(const CPose3D& pose) const
     return moved.norm() > parameters_.maxMotionOverThreshold * *first_gate_;
 }
 
-bool AlignRun::has_stalled() const
+std::optional<AlignRun::Ending> AlignRun::is_ending() const
 {
-    const auto is_small = [this](const CPose3D& from)
+    const auto is_here = [this](const CPose3D& pose)
     {
-        const auto [metres, radians] = step_between(from, pose_);
+        const auto [metres, radians] = step_between(pose, pose_);
         return metres < parameters_.minAbsStep_trans && radians < parameters_.minAbsStep_rot;
     };
-    // Against the pose before the last one, too: a run that jumps between two poses has also ended.
-    return (before_ && is_small(*before_)) || (before_that_ && is_small(*before_that_));
+    for (size_t ago = 1; ago < poses_.size(); ago++)
+        if (is_here(poses_[poses_.size() - 1 - ago])) return Ending{ago};
+    return std::nullopt;
+}
+
+void AlignRun::end(const Ending& ending)
+{
+    reason_ = ending.period == 1 ? IterTermReason::Stalled : IterTermReason::Cycled;
+    if (reason_ == IterTermReason::Stalled) return;
+    const double at_gate = gate(last_iteration_).value_or(std::numeric_limits<double>::infinity());
+    auto least = costs_at(pose_, at_gate);
+    for (size_t i = poses_.size() - ending.period; i + 1 < poses_.size(); i++)
+    {
+        auto costs = costs_at(poses_[i], at_gate);
+        const auto comparison = compare_costs(least, costs);
+        if (comparison.to < comparison.from) pose_ = poses_[i], least = std::move(costs);
+    }
 }
 
 std::optional<uint32_t> AlignRun::next_change(uint32_t iteration) const
