@@ -179,6 +179,9 @@ TEST(YamlTools, TheNearestNameIsTheOneOfLeastEdits)
     EXPECT_EQ(nearest_name("Threshold", known), "threshold");
     EXPECT_EQ(nearest_name("thresholdAngular", known), "thresholdAngularDeg");
     EXPECT_EQ(nearest_name("pairings_per_point", known), "pairingsPerPoint");
+    EXPECT_EQ(
+        nearest_name("Matcher_Points_Distance", {"Matcher_Point2Line", "Matcher_Points_DistanceThreshold"}),
+        "Matcher_Points_DistanceThreshold");
     EXPECT_EQ(nearest_name("zzzzzzzzzzzz", known), "");
     EXPECT_EQ(nearest_name("threshold", {}), "");
     EXPECT_EQ(nearest_name("", known), "");

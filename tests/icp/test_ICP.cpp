@@ -304,16 +304,44 @@ TEST(ICP, the_last_iteration_without_motion_to_speak_of_is_aligned)
     EXPECT_EQ(cut.terminationReason, IterTermReason::MaxIterations);
 }
 
-TEST(ICP, jumping_between_two_poses_is_stalled)
+TEST(ICP, a_run_that_goes_round_ends_after_one_round_at_the_best_of_its_poses)
+{
+    const World w;
+    for (const size_t period : {2u, 3u, 7u})
+        for (size_t best = 0; best < period; best++)
+        {
+            SCOPED_TRACE(testing::Message() << "the pose " << best << " of " << period);
+            Bench bench;
+            const auto pose = [&](size_t i)
+            {
+                const double off = i == best ? 0.001 : 0.002 + 0.0005 * static_cast<double>(i);
+                return TRUTH + pose_deg(i % 2 ? off : -off, 0, 0, 0, 0, 0);
+            };
+            bench.solver->script = [&](const auto&, auto& out, const auto& context)
+            { return out.optimalPose = pose(*context.icpIteration % period), true; };
+            const Results r = bench.align(w.local, w.global);
+            EXPECT_EQ(r.terminationReason, IterTermReason::Cycled);
+            EXPECT_EQ(r.nIterations, period + 1);
+            EXPECT_EQ(r.verdict, Verdict::aligned) << r.verdict_reason;
+            EXPECT_TRUE(same_bits(r.optimal_tf.mean, pose(best)));
+        }
+}
+
+TEST(ICP, a_new_stage_may_come_back_to_an_old_pose)
 {
     const World w;
     Bench bench;
-    const CPose3D a = TRUTH + pose_deg(0.001, 0, 0, 0, 0, 0), b = TRUTH + pose_deg(-0.001, 0, 0, 0, 0, 0);
+    const CPose3D a = TRUTH + pose_deg(0.001, 0, 0, 0, 0, 0), b = TRUTH + pose_deg(-0.002, 0, 0, 0, 0, 0);
     bench.solver->script = [a, b](const auto&, auto& out, const auto& context)
-    { return out.optimalPose = *context.icpIteration % 2 ? a : b, true; };
+    { return out.optimalPose = *context.icpIteration % 2 ? b : a, true; };  // a, b
+    bench.solver->runUpToIteration = 1;
+    auto second = std::make_shared<ScriptedSolver>();
+    second->script = [a](const auto&, auto& out, const auto&) { return out.optimalPose = a, true; };
+    second->runFromIteration = 2;
+    bench.icp.solvers().push_back(second);
     const Results r = bench.align(w.local, w.global);
     EXPECT_EQ(r.terminationReason, IterTermReason::Stalled);
-    EXPECT_LT(r.nIterations, 5u);
+    EXPECT_EQ(r.nIterations, 4u);  // a, b, a, a
 }
 
 TEST(ICP, a_quality_checkpoint_ends_a_hopeless_run)

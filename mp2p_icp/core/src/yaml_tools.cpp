@@ -223,8 +223,11 @@ std::string nearest_name(const std::string& name, const std::vector<std::string>
     std::string best;
     size_t best_distance = std::max<size_t>(3, name.size() / 2) + 1;
     for (const auto& candidate : known)
-        if (const size_t d = edit_distance(name, candidate); d < best_distance)
-            best = candidate, best_distance = d;
+    {
+        const bool goes_on = name.size() > 3 && candidate.compare(0, name.size(), name) == 0;
+        const size_t d = goes_on ? 1 : edit_distance(name, candidate);
+        if (d < best_distance) best = candidate, best_distance = d;
+    }
     return best;
 }
 

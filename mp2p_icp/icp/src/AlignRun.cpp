@@ -8,8 +8,9 @@
 #include <algorithm>
 #include <iostream>
 #include <limits>
-#include <numeric>
 #include <stdexcept>
+
+#include "cost_comparison.h"
 
 namespace mp2p_icp
 {
@@ -64,23 +65,19 @@ Results AlignRun::run()
 void AlignRun::iterate()
 {
     first_gate_ = gate(0);
+    poses_ = {guess_};
     for (uint32_t iteration = 0; iteration < parameters_.maxIterations;)
     {
         last_iteration_ = iteration;
         const size_t handed_over = solver_context_.switched_off.size();
         if (!one_iteration(iteration)) return;
-        uint32_t next = iteration + 1;
-        if (has_stalled() && solver_context_.switched_off.size() == handed_over)
-        {
-            const auto change = next_change(iteration);
-            if (!change || *change >= parameters_.maxIterations)
-            {
-                reason_ = IterTermReason::Stalled;
-                return;
-            }
-            next = *change;  // nothing would move until then
-        }
-        iteration = next;
+        const auto change = next_change(iteration);
+        const bool handed_over_now = solver_context_.switched_off.size() != handed_over;
+        const auto ending = handed_over_now ? std::nullopt : is_ending();
+        if (ending && (!change || *change >= parameters_.maxIterations)) return end(*ending);
+        // Once something changes, the same pose need not lead to the same next one.
+        if (ending || handed_over_now || change == iteration + 1) poses_ = {pose_};
+        iteration = ending ? *change : iteration + 1;  // nothing would move until then
     }
     reason_ = IterTermReason::MaxIterations;
 }
@@ -126,9 +123,9 @@ bool AlignRun::solve(const Pairings& pairings, uint32_t iteration)
     if (!run_solvers(icp_.solvers_, pairings, solution, solver_context_)) return false;
     solution_ = solution;
     solved_++;
-    before_that_ = before_;
     before_ = pose_;
     pose_ = solution.optimalPose;
+    poses_.push_back(pose_);
     return true;
 }
 
@@ -140,15 +137,30 @@ bool AlignRun::has_diverged(const CPose3D& pose) const
     return moved.norm() > parameters_.maxMotionOverThreshold * *first_gate_;
 }
 
-bool AlignRun::has_stalled() const
+std::optional<AlignRun::Ending> AlignRun::is_ending() const
 {
-    const auto is_small = [this](const CPose3D& from)
+    const auto is_here = [this](const CPose3D& pose)
     {
-        const auto [metres, radians] = step_between(from, pose_);
+        const auto [metres, radians] = step_between(pose, pose_);
         return metres < parameters_.minAbsStep_trans && radians < parameters_.minAbsStep_rot;
     };
-    // Against the pose before the last one, too: a run that jumps between two poses has also ended.
-    return (before_ && is_small(*before_)) || (before_that_ && is_small(*before_that_));
+    for (size_t ago = 1; ago < poses_.size(); ago++)
+        if (is_here(poses_[poses_.size() - 1 - ago])) return Ending{ago};
+    return std::nullopt;
+}
+
+void AlignRun::end(const Ending& ending)
+{
+    reason_ = ending.period == 1 ? IterTermReason::Stalled : IterTermReason::Cycled;
+    if (reason_ == IterTermReason::Stalled) return;
+    const double at_gate = gate(last_iteration_).value_or(std::numeric_limits<double>::infinity());
+    auto least = costs_at(pose_, at_gate);
+    for (size_t i = poses_.size() - ending.period; i + 1 < poses_.size(); i++)
+    {
+        auto costs = costs_at(poses_[i], at_gate);
+        const auto comparison = compare_costs(least, costs);
+        if (comparison.to < comparison.from) pose_ = poses_[i], least = std::move(costs);
+    }
 }
 
 std::optional<uint32_t> AlignRun::next_change(uint32_t iteration) const
@@ -252,26 +264,6 @@ void AlignRun::reject(Results& out, Verdict verdict, const std::string& reason) 
 
 namespace
 {
-double mean(const std::vector<double>& values)
-{
-    const double sum = std::accumulate(values.begin(), values.end(), 0.0);
-    return values.empty() ? 0.0 : sum / static_cast<double>(values.size());
-}
-
-/** Has the mean risen by more than twice its own standard error? Costs are samples: which points lie just
- * inside the gate, and which one is the nearest, changes with every micrometre, so that one of two equally
- * good poses would always be "worse". The rounding of float distances is not a rise either.
- */
-bool has_risen(const std::vector<double>& from, const std::vector<double>& to, double gate)
-{
-    const size_t n = std::min(from.size(), to.size());
-    const double rise = mean(to) - mean(from), count = static_cast<double>(n);
-    double squares = 0;
-    for (size_t i = 0; i < n; i++) squares += std::pow(to[i] - from[i] - rise, 2);
-    const double standard_error = n > 1 ? std::sqrt(squares / (count * (count - 1))) : 0.0;
-    return rise > 2 * standard_error + 1e-6 * mean(from) + 1e-12 * gate * gate;
-}
-
 double largest_pair_distance(const Pairings& pairings)
 {
     double largest_sq = 0;
@@ -315,9 +307,9 @@ void AlignRun::judge(Results& out)
                           " possible pairings were found: too little overlap");
     }
     const double final_gate = gate(last_iteration_).value_or(largest_pair_distance(at_end_));
-    const auto at_guess = costs_at(guess_, final_gate), at_result = costs_at(pose_, final_gate);
-    out.cost_at_guess = mean(at_guess), out.cost_at_end = mean(at_result);
-    if (has_risen(at_guess, at_result, final_gate))
+    const auto costs = compare_costs(costs_at(guess_, final_gate), costs_at(pose_, final_gate));
+    out.cost_at_guess = costs.from, out.cost_at_end = costs.to;
+    if (costs.has_risen(final_gate))
         return reject(out, Verdict::worse_than_guess,
                       "the mean truncated squared distance rose from " + to_text(out.cost_at_guess) +
                           " m^2 at the guess to " + to_text(out.cost_at_end) + " m^2");

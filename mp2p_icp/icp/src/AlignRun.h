@@ -24,7 +24,14 @@ class AlignRun
     bool one_iteration(uint32_t iteration);
     bool solve(const Pairings& pairings, uint32_t iteration);
     bool has_diverged(const mrpt::poses::CPose3D& pose) const;
-    bool has_stalled() const;
+    /// The pose has come back to where it was so many iterations ago; a period of 1 is a stall.
+    struct Ending
+    {
+        size_t period;
+    };
+    std::optional<Ending> is_ending() const;
+    /// Ends the iterations: at the pose that fits best, of those that the run would visit for ever.
+    void end(const Ending& ending);
     bool checkpoint_passed(const Pairings& pairings, uint32_t iteration) const;
     bool hook_stops(const Pairings& pairings, uint32_t iteration) const;
     void log_iteration(const Pairings& pairings, uint32_t iteration);
@@ -54,7 +61,8 @@ class AlignRun
     mrpt::math::TPoint3D local_centre_{0, 0, 0};
 
     mrpt::poses::CPose3D pose_;
-    std::optional<mrpt::poses::CPose3D> before_, before_that_;  ///< poses of the last two iterations
+    std::optional<mrpt::poses::CPose3D> before_;  ///< the pose of the last iteration
+    std::vector<mrpt::poses::CPose3D> poses_;     ///< all since matchers or solvers changed, with the first
     OptimalTF_Result solution_;
     size_t solved_ = 0;
     Pairings at_end_;  ///< matched once more where the iterations ended

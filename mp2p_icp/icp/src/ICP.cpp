@@ -1,6 +1,8 @@
 #include <mp2p_icp/ICP.h>
 #include <mp2p_icp/Matcher_Points_DistanceThreshold.h>
 #include <mp2p_icp/QualityEvaluator_PairedRatio.h>
+#include <mp2p_icp/QualityEvaluator_RangeImageSimilarity.h>
+#include <mp2p_icp/QualityEvaluator_Voxels.h>
 #include <mp2p_icp/Solver_Horn.h>
 #include <mp2p_icp/se3.h>
 #include <mrpt/core/initializer.h>
@@ -17,6 +19,8 @@ MRPT_INITIALIZER(register_mp2p_icp)
     mrpt::rtti::registerClass(CLASS_ID_NAMESPACE(ICP, mp2p_icp));
     mrpt::rtti::registerClass(CLASS_ID_NAMESPACE(QualityEvaluator, mp2p_icp));
     mrpt::rtti::registerClass(CLASS_ID_NAMESPACE(QualityEvaluator_PairedRatio, mp2p_icp));
+    mrpt::rtti::registerClass(CLASS_ID_NAMESPACE(QualityEvaluator_RangeImageSimilarity, mp2p_icp));
+    mrpt::rtti::registerClass(CLASS_ID_NAMESPACE(QualityEvaluator_Voxels, mp2p_icp));
     mrpt::rtti::registerClass(CLASS_ID_NAMESPACE(LogRecord, mp2p_icp));
 }
 

@@ -18,6 +18,8 @@ std::string to_string(IterTermReason reason)
             return "QualityCheckpointFailed";
         case IterTermReason::HookRequest:
             return "HookRequest";
+        case IterTermReason::Cycled:
+            return "Cycled";
         case IterTermReason::Undefined:
             break;
     }

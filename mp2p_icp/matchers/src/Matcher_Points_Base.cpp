@@ -120,22 +120,27 @@ void Matcher_Points_Base::impl_match(const metric_map_t& pcGlobal, const metric_
 std::vector<double> Matcher_Points_Base::truncated_costs(const metric_map_t& pcGlobal,
                                                          const metric_map_t& pcLocal,
                                                          const mrpt::poses::CPose3D& localPose,
-                                                         const MatchContext&, MatchState& state,
+                                                         const MatchContext& context, MatchState& state,
                                                          double gate) const
 {
     state.initialize();
     std::vector<double> costs;
     for (const auto& layers : layer_pairs(pcGlobal, pcLocal))
-    {
-        auto& s = nearest_scratch(*this, layers.global, layers.local, state);
-        transform_local_to_global(layers.local, localPose, state, s.local);
-        s.max_dist_sq.assign(s.local.ids.size(), static_cast<float>(gate * gate));
-        find_candidates(1, nullptr, s);
-        const size_t before = costs.size();
-        costs.resize(before + s.local.ids.size(), gate * gate);
-        for (const auto& c : s.candidates) costs[before + c.local] = static_cast<double>(c.dist_sq);
-    }
+        append_costs(layers.global, layers.local, localPose, context, state, gate, costs);
     return costs;
+}
+
+void Matcher_Points_Base::append_costs(const layer_name_t& globalLayer, const layer_name_t& localLayer,
+                                       const mrpt::poses::CPose3D& localPose, const MatchContext&,
+                                       MatchState& state, double gate, std::vector<double>& costs) const
+{
+    auto& s = nearest_scratch(*this, globalLayer, localLayer, state);
+    transform_local_to_global(localLayer, localPose, state, s.local);
+    s.max_dist_sq.assign(s.local.ids.size(), static_cast<float>(gate * gate));
+    find_candidates(1, nullptr, s);
+    const size_t before = costs.size();
+    costs.resize(before + s.local.ids.size(), gate * gate);
+    for (const auto& c : s.candidates) costs[before + c.local] = static_cast<double>(c.dist_sq);
 }
 
 void Matcher_Points_Base::transform_local_to_global(const layer_name_t& localLayer,

@@ -29,7 +29,8 @@ yaml yaml_from_text(const std::string& text, const std::string& file_name = "");
 /// \overload \exception DataError if the file cannot be read or has no content.
 yaml yaml_from_file(const std::string& file_name);
 
-/// The name in `known` that is nearest to `name` by edit distance; empty if none is near.
+/// The name in `known` that is nearest to `name` by edit distance (one that begins with it is as near as one
+/// with a single letter wrong); empty if none is near.
 std::string nearest_name(const std::string& name, const std::vector<std::string>& known);
 
 /// `unknown key 'x'; did you mean 'y'?`, as a ConfigError.

@@ -14,7 +14,9 @@ enum class IterTermReason : uint8_t
     MaxIterations,
     Stalled,                  ///< the steps became smaller than asked for: the normal end
     QualityCheckpointFailed,  ///< the quality was too low at a checkpoint
-    HookRequest               ///< the iteration hook asked for it
+    HookRequest,              ///< the iteration hook asked for it
+    Cycled  ///< it came back to where it had been some iterations before, which it would do for ever. Of the
+            ///< poses on that round, the one that fits best was taken
 };
 
 /// How far the result of an ICP run can be trusted.

@@ -42,8 +42,8 @@ struct Results
     double quality = 0;       ///< 0..1
     double residual_rms = 0;  ///< of the final pairings' distances, m
 
-    /// Mean truncated squared residual over all local points used (m^2): at the guess, and where the
-    /// iterations ended.
+    /// Mean truncated squared residual (Matcher::truncated_costs(), m^2) at the guess, and where the
+    /// iterations ended, over the local points for which the matchers know it at both.
     double cost_at_guess = 0, cost_at_end = 0;
 
     uint64_t local_points_used = 0;  ///< that the matchers considered at the end

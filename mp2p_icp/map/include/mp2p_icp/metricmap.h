@@ -1,6 +1,7 @@
 #pragma once
 
 #include <mp2p_icp/fitted_line.h>
+#include <mp2p_icp/local_surfaces.h>
 #include <mp2p_icp/nn_index.h>
 #include <mp2p_icp/plane_patch.h>
 #include <mp2p_icp/render_params.h>
@@ -87,6 +88,13 @@ class metric_map_t : public mrpt::serialization::CSerializable,
      * them, about 1 ns per point). \exception std::invalid_argument as point_layer(). Thread-safe.
      */
     NearestNeighborIndex::ConstPtr nn_index(const layer_name_t& name, uint32_t leaf_max_points = 0) const;
+
+    /** Normals and local covariances of a cloud layer, found by its nn_index(). Made, kept and made again as
+     * that is; of each layer the four latest sets of options are kept. \exception std::invalid_argument as
+     * point_layer(), or for options out of their ranges. Thread-safe.
+     */
+    LocalSurfaces::ConstPtr local_surfaces(const layer_name_t& name, const LocalSurfaceOptions& options,
+                                           uint32_t leaf_max_points = 0) const;
 
     /** The whole numbers of metres that were subtracted from the coordinates of far-away data when they were
      * stored (MRPT's clouds are float: beyond 10 km they lose centimetres). Kept in metadata as

@@ -11,6 +11,8 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <tuple>
+#include <typeindex>
 #include <vector>
 
 namespace mp2p_icp
@@ -46,18 +48,18 @@ class MatchState
     /// Forgets what is paired: call before each round of matching.
     void initialize();
 
-    /// Scratch memory of one matcher on one pair of layers, made by default at the first call, kept for the
-    /// whole run.
+    /// Scratch memory of one matcher on one pair of layers, one of each type, made by default at the first
+    /// call, kept for the whole run.
     template <class Scratch>
     Scratch& scratch(const Matcher* matcher, const std::string& global_layer, const std::string& local_layer)
     {
-        std::any& any = scratch_[{matcher, global_layer, local_layer}];
+        std::any& any = scratch_[{matcher, global_layer, local_layer, typeid(Scratch)}];
         if (!any.has_value()) any = std::make_shared<Scratch>();
         return *std::any_cast<std::shared_ptr<Scratch>&>(any);
     }
 
  private:
-    std::map<std::tuple<const Matcher*, std::string, std::string>, std::any> scratch_;
+    std::map<std::tuple<const Matcher*, std::string, std::string, std::type_index>, std::any> scratch_;
 };
 
 /** Finds pairings between two maps at a pose. Configured once, const while running; one object may serve
@@ -93,9 +95,11 @@ class Matcher : public mrpt::rtti::CObject, public mrpt::system::COutputLogger, 
     virtual std::optional<double> gate(const MatchContext&) const { return std::nullopt; }
 
     /** How well the maps fit at a pose, without the discrete effects of one-to-one selection: for each local
-     * point, in the same order at every pose, the squared distance (m^2) to its nearest global point, also if
-     * that serves several, and gate^2 if there is none within `gate` (m). The default, for matchers of other
-     * kinds, counts their point-point pairings and gate^2 for each pairing that there could have been.
+     * point, in the same order at every pose, the squared distance (m^2) to what it is paired with, also if
+     * that serves several, and gate^2 if there is nothing within `gate` (m). Points are compared with points,
+     * planes with planes: what cannot be told at a pose is NaN, and two poses are to be compared where
+     * neither is. The default, for matchers of other kinds, counts their point-point pairings and gate^2 for
+     * each pairing that there could have been.
      */
     virtual std::vector<double> truncated_costs(const metric_map_t& pcGlobal, const metric_map_t& pcLocal,
                                                 const mrpt::poses::CPose3D& localPose,

@@ -55,6 +55,12 @@ class Matcher_Points_Base : public Matcher
                                    const mrpt::poses::CPose3D& localPose, const MatchContext& context,
                                    MatchState& state, Pairings& out) const = 0;
 
+    /** Appends the truncated_costs() of one pair of layers. The default: distances to the nearest global
+     * points. */
+    virtual void append_costs(const layer_name_t& globalLayer, const layer_name_t& localLayer,
+                              const mrpt::poses::CPose3D& localPose, const MatchContext& context,
+                              MatchState& state, double gate, std::vector<double>& costs) const;
+
     /// The points of the layer to be matched (subsampled, without already paired ones unless allowed), moved
     /// to the global frame.
     void transform_local_to_global(const layer_name_t& localLayer, const mrpt::poses::CPose3D& localPose,

@@ -1,0 +1,171 @@
+#include <mp2p_icp/local_surfaces.h>
+#include <mp2p_icp/metricmap.h>
+#include <mp2p_icp/numbers.h>
+#include <mp2p_icp/parallel.h>
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include "LayerIndexCache.h"
+
+namespace mp2p_icp
+{
+SurfaceShape LocalSurface::shape(const ShapeLimits& limits) const
+{
+    const double e0 = double(eigenvalues[0]), e1 = double(eigenvalues[1]), e2 = double(eigenvalues[2]);
+    if (!(e2 > 0) || !std::isfinite(e2)) return SurfaceShape::Unknown;
+    if (e1 <= limits.line * e2)
+        return count >= limits.line_points ? SurfaceShape::Linear : SurfaceShape::Unknown;
+    if (e0 <= limits.plane * e2 && e1 >= limits.plane_width * e2)
+        return count >= limits.plane_points ? SurfaceShape::Planar : SurfaceShape::Unknown;
+    return SurfaceShape::Other;
+}
+
+namespace
+{
+/// An eigenvector has no sign of its own: makes the first of its largest components positive.
+Eigen::Vector3f with_sign(const Eigen::Vector3d& v)
+{
+    const Eigen::Vector3f f = v.cast<float>();
+    Eigen::Index largest = 0;
+    for (const Eigen::Index i : {1, 2})
+        if (std::abs(f[i]) > std::abs(f[largest])) largest = i;
+    return f[largest] < 0 ? Eigen::Vector3f(-f) : f;
+}
+
+class SurfaceMaker
+{
+ public:
+    SurfaceMaker(const mrpt::maps::CPointsMap& points, const NearestNeighborIndex& index,
+                 const LocalSurfaceOptions& options)
+        : x_(points.getPointsBufferRef_x().data()),
+          y_(points.getPointsBufferRef_y().data()),
+          z_(points.getPointsBufferRef_z().data()),
+          index_(index),
+          k_(options.neighbors),
+          max_dist_sq_(static_cast<float>(options.radius * options.radius))
+    {
+    }
+
+    /// Those of the points first ... last - 1, with one call of the index.
+    void make(size_t first, size_t last, LocalSurface* out) const
+    {
+        const size_t n = last - first;
+        PointArrays queries;
+        queries.x.assign(x_ + first, x_ + last);
+        queries.y.assign(y_ + first, y_ + last);
+        queries.z.assign(z_ + first, z_ + last);
+        const std::vector<float> limits(n, max_dist_sq_);
+        std::vector<uint32_t> ids(n * k_);
+        std::vector<float> dist_sq(n * k_);
+        index_.nearest(queries, 0, n, k_, limits.data(), ids.data(), dist_sq.data());
+        for (size_t i = 0; i < n; i++)
+        {
+            const auto begin = ids.begin() + static_cast<std::ptrdiff_t>(i * k_);
+            auto end = begin;
+            while (end != begin + static_cast<std::ptrdiff_t>(k_) && *end != NO_NEIGHBOR) ++end;
+            // In the order of the layer: the sums then depend on the set alone.
+            std::sort(begin, end);
+            out[first + i] = surface(first + i, &*begin, static_cast<size_t>(end - begin));
+        }
+    }
+
+ private:
+    /// Sums run over differences to the point, which are exact in double.
+    LocalSurface surface(size_t point, const uint32_t* ids, size_t count) const
+    {
+        LocalSurface s;
+        const Eigen::Vector3d origin = at(point);
+        if (count == 0 || !origin.allFinite()) return s;
+        const double share = 1.0 / static_cast<double>(count);
+        Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+        for (size_t j = 0; j < count; j++) mean += at(ids[j]) - origin;
+        mean *= share;
+        Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+        for (size_t j = 0; j < count; j++)
+        {
+            const Eigen::Vector3d d = at(ids[j]) - origin - mean;
+            covariance += d * d.transpose();
+        }
+        covariance *= share;
+        const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(covariance);
+        s.count = static_cast<uint32_t>(count);
+        s.to_mean = mean.cast<float>();
+        s.eigenvalues = eigen.eigenvalues().cwiseMax(0.0).cast<float>();
+        s.normal = with_sign(eigen.eigenvectors().col(0));
+        s.direction = with_sign(eigen.eigenvectors().col(2));
+        return s;
+    }
+
+    Eigen::Vector3d at(size_t i) const { return {double(x_[i]), double(y_[i]), double(z_[i])}; }
+
+    const float *x_, *y_, *z_;
+    const NearestNeighborIndex& index_;
+    uint32_t k_;
+    float max_dist_sq_;
+};
+}  // namespace
+
+LocalSurfaces::ConstPtr compute_local_surfaces(const mrpt::maps::CPointsMap& points,
+                                               const NearestNeighborIndex& index,
+                                               const LocalSurfaceOptions& options)
+{
+    if (options.neighbors < 1)
+        throw std::invalid_argument("local surfaces: 'neighbors' must be at least 1, not 0");
+    if (!(options.radius > 0) || !std::isfinite(options.radius))
+        throw std::invalid_argument("local surfaces: 'radius' must be positive and finite, not " +
+                                    to_text(options.radius));
+    if (index.size() != points.size())
+        throw std::invalid_argument("local surfaces: the index is of " + std::to_string(index.size()) +
+                                    " points, the layer has " + std::to_string(points.size()));
+    const auto out = std::make_shared<LocalSurfaces>();
+    out->options = options;
+    out->of_point.resize(points.size());
+    const SurfaceMaker maker(points, index, options);
+    parallel_for_blocks(points.size(),
+                        [&](size_t first, size_t last) { maker.make(first, last, out->of_point.data()); });
+    return out;
+}
+
+// ---- Beside the layer -------------------------------------------------------------------------------------
+
+LocalSurfaces::ConstPtr LayerIndexCache::surfaces(const std::string& layer,
+                                                  const mrpt::maps::CPointsMap::ConstPtr& points,
+                                                  const LocalSurfaceOptions& options,
+                                                  uint32_t leaf_max_points)
+{
+    constexpr size_t KEPT_PER_LAYER = 4;
+    const uint64_t fingerprint = coordinates_fingerprint(*points);
+    const auto find = [&]() -> LocalSurfaces::ConstPtr
+    {
+        SurfaceEntry& e = surface_entries_[layer];
+        if (e.points != points.get() || e.fingerprint != fingerprint) e = {points.get(), fingerprint, {}};
+        for (const auto& s : e.surfaces)
+            if (s->options == options) return s;
+        return nullptr;
+    };
+    {
+        const std::lock_guard<std::mutex> lock(mutex_);
+        if (const auto found = find()) return found;
+    }
+    // Not under the lock: a thread that waits for the others' blocks may be given work that wants the lock.
+    // Two that come at once compute the same; the first result stays.
+    const auto made = compute_local_surfaces(*points, *get(layer, points, leaf_max_points), options);
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (const auto found = find()) return found;
+    auto& kept = surface_entries_[layer].surfaces;
+    if (kept.size() == KEPT_PER_LAYER) kept.erase(kept.begin());
+    kept.push_back(made);
+    return made;
+}
+
+LocalSurfaces::ConstPtr metric_map_t::local_surfaces(const layer_name_t& name,
+                                                     const LocalSurfaceOptions& options,
+                                                     uint32_t leaf_max_points) const
+{
+    return indexes_->surfaces(name, point_layer(name), options, leaf_max_points);
+}
+
+}  // namespace mp2p_icp
