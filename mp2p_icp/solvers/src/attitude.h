@@ -39,7 +39,7 @@ struct EigenAttitude
 {
     Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
     bool determined = false;  ///< is the eigenvalue simple?
-    double distance = 0;      ///< to the next eigenvalue, relative to `scale`: the square of a relative spread
+    double distance = 0;  ///< to the next eigenvalue, relative to `scale`: the square of a relative spread
 };
 EigenAttitude eigen_attitude(const Eigen::Matrix3d& B, double scale, const Eigen::Matrix3d& guess);
 
