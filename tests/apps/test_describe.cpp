@@ -37,8 +37,11 @@ TEST(describe, needs_no_inputs)
     EXPECT_EQ(o.code, 0) << o.err;
     EXPECT_EQ(o.out, describe_class("Solver_Horn"));
     EXPECT_EQ(o.err, "");
-    EXPECT_TRUE(
-        contains(run({"--describe", "all"}).out, "matcher:\n  mp2p_icp::Matcher_Points_DistanceThreshold\n"));
+    const std::string all = run({"--describe", "all"}).out;
+    EXPECT_TRUE(contains(all, "matcher:\n  mp2p_icp::Matcher_")) << all;
+    for (const std::string name :
+         {"Matcher_Points_DistanceThreshold", "Matcher_Planes", "Matcher_Point2Line"})
+        EXPECT_TRUE(contains(all, "  mp2p_icp::" + name + "\n")) << all;
 }
 
 TEST(describe, unknown_classes_are_named_with_the_nearest_and_the_list)
