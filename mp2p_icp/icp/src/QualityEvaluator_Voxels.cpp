@@ -172,7 +172,7 @@ bool seen_from_origin(const Points& asked, const VoxelSurfaces& own)
 
 std::vector<double> weights_of(const Points& asked, const VoxelSurfaces& own)
 {
-    std::vector<const VoxelSurface*> pieces;
+    std::vector<const SurfacePiece*> pieces;
     Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
     size_t planar = 0;
     for (const auto& p : asked)

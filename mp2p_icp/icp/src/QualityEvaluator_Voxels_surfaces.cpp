@@ -95,12 +95,12 @@ VoxelSurfaces::Sums VoxelSurfaces::sums_around(const Voxel& v) const
     return total;
 }
 
-VoxelSurface VoxelSurfaces::surface(const Voxel& v) const
+SurfacePiece VoxelSurfaces::surface(const Voxel& v) const
 {
     constexpr double LEAST_POINTS = 5, THICKNESS = 0.1,
                      WIDTH = 0.02;  // the latter two are ratios of variances
     const Sums s = sums_around(v);
-    VoxelSurface out;
+    SurfacePiece out;
     const Eigen::Vector3d mean = s.first / s.count;
     out.mean = grid_.centre_of(v) + mean;
     Eigen::Matrix3d covariance = s.second / s.count - mean * mean.transpose();
@@ -135,7 +135,7 @@ double VoxelSurfaces::planar_share() const
     return static_cast<double>(planar) / std::max(1.0, static_cast<double>(surfaces_.size()));
 }
 
-const VoxelSurface* VoxelSurfaces::at(const Voxel& v) const
+const SurfacePiece* VoxelSurfaces::at(const Voxel& v) const
 {
     const uint32_t number = table_.find(v);
     return number == VoxelTable::NONE ? nullptr : &surfaces_[number];
@@ -149,7 +149,7 @@ VoxelSurfaces::Fit VoxelSurfaces::fit(const Eigen::Vector3d& point) const
     const double across_sq = sigma() * sigma(), along_sq = 0.25 * grid_.side() * grid_.side();
     const auto look = [&](const Voxel& v)
     {
-        const VoxelSurface* piece = at(v);
+        const SurfacePiece* piece = at(v);
         if (!piece) return;
         const Eigen::Array3d y = (piece->axes.transpose() * (point - piece->mean)).array().abs();
         // Evenly filled pieces end at sqrt(3) standard deviations.
@@ -164,7 +164,7 @@ VoxelSurfaces::Fit VoxelSurfaces::fit(const Eigen::Vector3d& point) const
     return out;
 }
 
-bool VoxelSurfaces::separates(const VoxelSurface& piece, const Voxel& v, const Eigen::Vector3d& point,
+bool VoxelSurfaces::separates(const SurfacePiece& piece, const Voxel& v, const Eigen::Vector3d& point,
                               double from_range, double to_range) const
 {
     if (!piece.planar) return false;
@@ -189,7 +189,7 @@ bool VoxelSurfaces::crosses(const Eigen::Vector3d& point, double from_range, dou
         const auto v = grid_.voxel_of((to_range - k * step) * direction);
         if (!v || (before && *before == *v)) continue;
         before = v;
-        const VoxelSurface* piece = at(*v);
+        const SurfacePiece* piece = at(*v);
         if (piece && separates(*piece, *v, point, from_range, to_range)) return true;
     }
     return false;

@@ -51,7 +51,7 @@ class VoxelTable
 };
 
 /// What the points in and around a voxel look like.
-struct VoxelSurface
+struct SurfacePiece
 {
     Eigen::Vector3d mean = Eigen::Vector3d::Zero();
     Eigen::Matrix3d axes = Eigen::Matrix3d::Identity();   ///< columns; the thinnest first
@@ -75,7 +75,7 @@ class VoxelSurfaces
     const VoxelGrid& grid() const { return grid_; }
     /// Of the pieces.
     double planar_share() const;
-    const VoxelSurface* at(const Voxel& v) const;
+    const SurfacePiece* at(const Voxel& v) const;
 
     /// How a point lies to the pieces in its voxel and those around it.
     struct Fit
@@ -101,15 +101,15 @@ class VoxelSurfaces
         Eigen::Matrix3d second = Eigen::Matrix3d::Zero();
     };
     Sums sums_around(const Voxel& v) const;
-    VoxelSurface surface(const Voxel& v) const;
-    bool separates(const VoxelSurface& piece, const Voxel& v, const Eigen::Vector3d& point, double from_range,
+    SurfacePiece surface(const Voxel& v) const;
+    bool separates(const SurfacePiece& piece, const Voxel& v, const Eigen::Vector3d& point, double from_range,
                    double to_range) const;
 
     VoxelGrid grid_;
     bool flat_;
     VoxelTable table_;
     std::vector<Sums> sums_;
-    std::vector<VoxelSurface> surfaces_;
+    std::vector<SurfacePiece> surfaces_;
 };
 
 }  // namespace mp2p_icp
