@@ -157,18 +157,6 @@ std::vector<RatedPair> pairs_among(const std::vector<Candidate>& global, const s
     return best_per_global(nearest);
 }
 
-void append_as_points(const Candidate& global, const Candidate& local, const mrpt::poses::CPose3D& pose,
-                      double unit_variance, Pairings& out)
-{
-    auto equivalent = equivalent_points(global.line, local.line, unit_variance);
-    for (auto& pair : equivalent.pairs)
-    {
-        pair.pt_local = pose.inverseComposePoint(pair.pt_local);
-        out.paired_pt2pl.push_back(pair);
-    }
-    out.pt2pl_weights.insert(out.pt2pl_weights.end(), equivalent.weights.begin(), equivalent.weights.end());
-}
-
 /// Variance of a line's place `s` from its base point, along one direction across it: the mean over
 /// directions.
 double variance_at(const line_fit_t& fit, double s)
@@ -199,7 +187,7 @@ void Matcher_Lines::impl_match(const metric_map_t& pcGlobal, const metric_map_t&
         const bool known = g.line.fit && l.line.fit;
         if (pairAsPoints && known)
         {
-            append_as_points(g, l, localPose, unit_variance, out);
+            equivalent_points(g.line, l.line, unit_variance).append_to(out, localPose);
             continue;
         }
         out.paired_ln2ln.push_back({pcGlobal.lines[g.index], pcLocal.lines[l.index]});

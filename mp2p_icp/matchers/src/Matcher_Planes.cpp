@@ -128,18 +128,6 @@ std::vector<RatedPair> pairs_among(const std::vector<Candidate>& global, const s
     return best_per_global(nearest);
 }
 
-void append_as_points(const Candidate& global, const Candidate& local, const mrpt::poses::CPose3D& pose,
-                      double unit_variance, Pairings& out)
-{
-    auto equivalent = equivalent_points(global.plane, local.plane, unit_variance);
-    for (auto& pair : equivalent.pairs)
-    {
-        pair.pt_local = pose.inverseComposePoint(pair.pt_local);
-        out.paired_pt2pl.push_back(pair);
-    }
-    out.pt2pl_weights.insert(out.pt2pl_weights.end(), equivalent.weights.begin(), equivalent.weights.end());
-}
-
 /// Variance of the distance of the local centroid from the global plane.
 double distance_variance(const Candidate& global, const Candidate& local)
 {
@@ -164,7 +152,7 @@ void Matcher_Planes::impl_match(const metric_map_t& pcGlobal, const metric_map_t
         const bool known = g.plane.fit && l.plane.fit;
         if (pairAsPoints && known)
         {
-            append_as_points(g, l, localPose, unit_variance, out);
+            equivalent_points(g.plane, l.plane, unit_variance).append_to(out, localPose);
             continue;
         }
         out.paired_pl2pl.push_back({pcGlobal.planes[g.index], pcLocal.planes[l.index]});

@@ -23,6 +23,16 @@ Matrix information(Matrix covariance)
 }
 }  // namespace
 
+void WeightedPointPlanes::append_to(Pairings& out, const mrpt::poses::CPose3D& pose) const
+{
+    for (auto pair : pairs)
+    {
+        pair.pt_local = pose.inverseComposePoint(pair.pt_local);
+        out.paired_pt2pl.push_back(pair);
+    }
+    out.pt2pl_weights.insert(out.pt2pl_weights.end(), weights.begin(), weights.end());
+}
+
 WeightedPointPlanes equivalent_points(const fitted_plane_t& global, const fitted_plane_t& local,
                                       double unit_variance)
 {

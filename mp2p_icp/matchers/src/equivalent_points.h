@@ -3,6 +3,7 @@
 #include <mp2p_icp/Pairings.h>
 #include <mp2p_icp/fitted_line.h>
 #include <mp2p_icp/plane_patch.h>
+#include <mrpt/poses/CPose3D.h>
 
 namespace mp2p_icp
 {
@@ -21,6 +22,9 @@ struct WeightedPointPlanes
 {
     MatchedPointPlaneList pairs;  ///< both sides in the global frame
     WeightRuns weights;
+
+    /// Adds them to the pairings of a local map that lies at `pose`.
+    void append_to(Pairings& out, const mrpt::poses::CPose3D& pose) const;
 };
 
 /** Of planes: four points of the local one, on its principal axes of information, to the global plane.
