@@ -5,9 +5,11 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <set>
 #include <thread>
 
 #include "with_threads.h"
@@ -123,6 +125,65 @@ TEST(local_surfaces, agree_with_brute_force_on_random_clouds)
         }
     EXPECT_GT(by_count, 500u);
     EXPECT_GT(by_radius, 500u);
+}
+
+TEST(local_surfaces, of_voxels_agree_with_brute_force)
+{
+    const double side = 0.37;
+    const auto voxel_of = [&](const Eigen::Vector3f& p)
+    { return Eigen::Vector3i((p.cast<double>() / side).array().floor().cast<int>().matrix()); };
+    const Points points = random_points(700, 1.5, 8);
+    const auto surfaces = surfaces_of(points, LocalSurfaceOptions::of_voxels(side));
+    size_t compared = 0;
+    for (size_t i = 0; i < points.size(); i++)
+    {
+        std::vector<Eigen::Vector3d> around;
+        std::set<std::array<int, 3>> voxels;
+        for (const auto& q : points)
+        {
+            const Eigen::Vector3i v = voxel_of(q);
+            if ((v - voxel_of(points[i])).cwiseAbs().maxCoeff() > 1) continue;
+            around.push_back(q.cast<double>());
+            voxels.insert({v.x(), v.y(), v.z()});
+        }
+        const LocalSurface& s = surfaces[i];
+        ASSERT_EQ(s.count, around.size());
+        ASSERT_EQ(s.voxels, voxels.size());
+        const Pca pca(around);
+        EXPECT_LT((points[i].cast<double>() + s.to_mean.cast<double>() - pca.mean).norm(), 5e-7);
+        // Directions are as sure as their eigenvalues are apart; and of a nearly double one each of the six
+        // steps of the root finder leaves a third of the error.
+        const double gap = std::min(pca.values[1] - pca.values[0], pca.values[2] - pca.values[1]);
+        const double tolerance = gap > 0.05 * pca.values[2] ? 1e-6 : 1e-4;
+        EXPECT_LT((s.eigenvalues.cast<double>() - pca.values).norm(), tolerance * pca.covariance.norm());
+        if (s.count < 4 || gap < 0.02 * pca.values[2]) continue;
+        compared++;
+        EXPECT_NEAR(s.normal.norm(), 1, 3e-7);
+        EXPECT_NEAR(s.direction.norm(), 1, 3e-7);
+        EXPECT_LT(eigen_residual(pca.covariance, s.normal, pca.values[0]), 1e-6);
+        EXPECT_LT(eigen_residual(pca.covariance, s.direction, pca.values[2]), 1e-6);
+    }
+    EXPECT_GT(compared, 400u);
+}
+
+TEST(local_surfaces, of_voxels_know_lines_planes_and_points_that_are_not_finite)
+{
+    Points line, plane;
+    for (int i = 0; i < 40; i++)
+        line.push_back({0.1f * static_cast<float>(i), 0.2f * static_cast<float>(i), 1});
+    for (int i = 0; i < 400; i++)
+        plane.push_back({0.1f * static_cast<float>(i % 20), 0.1f * static_cast<float>(i / 20), 3});
+    plane.push_back({NaN, 0, 0});
+    const auto of_line = surfaces_of(line, LocalSurfaceOptions::of_voxels(0.5));
+    EXPECT_EQ(of_line[20].shape({}), SurfaceShape::Linear);
+    EXPECT_LT(of_line[20].direction.cross(Eigen::Vector3f(1, 2, 0).normalized()).norm(), 1e-6f);
+    const auto of_plane = surfaces_of(plane, LocalSurfaceOptions::of_voxels(0.3));
+    EXPECT_EQ(of_plane[210].shape({}), SurfaceShape::Planar);
+    EXPECT_LT((of_plane[210].normal - Eigen::Vector3f::UnitZ()).norm(), 1e-6f);
+    EXPECT_EQ(of_plane[210].voxels, 9u);
+    EXPECT_EQ(of_plane[400].count, 0u);
+    for (const double bad : {-1.0, double(NaN), std::numeric_limits<double>::infinity()})
+        EXPECT_THROW(surfaces_of(line, LocalSurfaceOptions::of_voxels(bad)), std::invalid_argument) << bad;
 }
 
 TEST(local_surfaces, among_equally_near_points_the_lower_indices_count)
@@ -372,7 +433,7 @@ TEST(local_surfaces, only_the_latest_options_are_kept)
     metric_map_t map;
     map.layers["raw"] = cloud_of(random_points(20, 1, 11));
     const std::weak_ptr<const LocalSurfaces> first = map.local_surfaces("raw", {3, 1.0});
-    for (uint32_t k = 4; k < 10; k++) map.local_surfaces("raw", {k, 1.0});
+    for (uint32_t k = 4; k < 14; k++) map.local_surfaces("raw", {k, 1.0});
     EXPECT_TRUE(first.expired());
 }
 

@@ -121,6 +121,36 @@ TEST_P(NnIndex, AgreesWithBruteForceForAnyKRadiusAndLeafSize)
     }
 }
 
+TEST_P(NnIndex, BoundsOfTheOthersHoldAndTheNearestIsThatOfNearest)
+{
+    for (const uint64_t seed : {5u, 6u})
+    {
+        const auto cloud = random_cloud(300, seed, 1.0);
+        const auto index = make(cloud);
+        const PointArrays queries = random_queries(200, seed + 100, 1.3);
+        for (const float max_dist_sq : {0.01f, 0.2f, INF})
+        {
+            const std::vector<float> limits(queries.size(), max_dist_sq);
+            Found one;
+            std::vector<float> others(queries.size(), -1);
+            one.ids.resize(queries.size()), one.dist_sq.resize(queries.size());
+            index->nearest_and_bound(queries, 0, queries.size(), limits.data(), one.ids.data(),
+                                     one.dist_sq.data(), others.data());
+            EXPECT_TRUE(one == brute_force(*cloud, queries, 1, limits));
+            const Found two = brute_force(*cloud, queries, 2, std::vector<float>(queries.size(), INF));
+            size_t useful = 0;
+            for (size_t i = 0; i < queries.size(); i++)
+            {
+                // Where nothing is near enough, the nearest is one of the others.
+                const float other_sq = two.dist_sq[2 * i + (one.ids[i] == NO_NEIGHBOR ? 0 : 1)];
+                ASSERT_LE(others[i], std::sqrt(other_sq)) << i;
+                useful += others[i] > 0.9f * std::sqrt(std::min(other_sq, max_dist_sq));
+            }
+            EXPECT_GT(useful, queries.size() / 2) << "a bound of 0 would pass, and be of no use";
+        }
+    }
+}
+
 TEST_P(NnIndex, TiesGoToTheLowerIndex)
 {
     // A grid with every point twice, asked at points, edge midpoints and cell centres: 2 to 16 equal

@@ -54,8 +54,9 @@ Roots smallest_roots(const CovarianceBatch& c, size_t p)
     return {larger(l < third ? l : third, Double2{}), minors};
 }
 
-/// The column of the adjugate of (C - l I) with the largest diagonal element, which is positive.
-void adjugate_column(const CovarianceBatch& c, size_t p, const Double2& l, EigenBatch& out)
+/// The column of the adjugate of (C - l I) with the largest diagonal element, which is positive for the
+/// smallest and for the largest eigenvalue l.
+void adjugate_column(const CovarianceBatch& c, size_t p, const Double2& l, BatchNumbers out[3])
 {
     const Double2 xx = c.xx.pair(p) - l, yy = c.yy.pair(p) - l, zz = c.zz.pair(p) - l;
     const Double2 xy = c.xy.pair(p), xz = c.xz.pair(p), yz = c.yz.pair(p);
@@ -63,21 +64,22 @@ void adjugate_column(const CovarianceBatch& c, size_t p, const Double2& l, Eigen
     const Double2 axy = xz * yz - xy * zz, axz = xy * yz - xz * yy, ayz = xy * xz - xx * yz;
     const auto by_y = ayy > axx;
     const auto by_z = azz > larger(axx, ayy);
-    out.normal[0].pair(p) = by_z ? axz : by_y ? axy : axx;
-    out.normal[1].pair(p) = by_z ? ayz : by_y ? ayy : axy;
-    out.normal[2].pair(p) = by_z ? azz : by_y ? ayz : axz;
+    out[0].pair(p) = by_z ? axz : by_y ? axy : axx;
+    out[1].pair(p) = by_z ? ayz : by_y ? ayy : axy;
+    out[2].pair(p) = by_z ? azz : by_y ? ayz : axz;
 }
 
-void normalize_column(size_t i, EigenBatch& out)
+void normalize_column(size_t i, BatchNumbers out[3])
 {
-    const double x = out.normal[0][i], y = out.normal[1][i], z = out.normal[2][i];
+    const double x = out[0][i], y = out[1][i], z = out[2][i];
     const double length = std::sqrt(x * x + y * y + z * z);
     const double scale = length > SMALLEST_GAPS ? 1 / length : 0;
-    out.normal[0].set(i, x * scale), out.normal[1].set(i, y * scale), out.normal[2].set(i, z * scale);
+    out[0].set(i, x * scale), out[1].set(i, y * scale), out[2].set(i, z * scale);
 }
 
-/// The other two: their sum and product follow from the trace and the minors.
-void set_eigenvalues(size_t i, double smallest, double minors, EigenBatch& out)
+/// The other two: their sum and product follow from the trace and the minors. \return the largest, of the
+/// matrix divided by its trace
+double set_eigenvalues(size_t i, double smallest, double minors, EigenBatch& out)
 {
     const double sum = 1 - smallest, product = minors - smallest * sum;
     const double discriminant = sum * sum - 4 * product;
@@ -86,21 +88,22 @@ void set_eigenvalues(size_t i, double smallest, double minors, EigenBatch& out)
     out.values[0].set(i, smallest * out.trace[i]);
     out.values[1].set(i, (middle > smallest ? middle : smallest) * out.trace[i]);
     out.values[2].set(i, largest * out.trace[i]);
+    return largest;
 }
 }  // namespace
 
-void smallest_eigenvectors(CovarianceBatch& c, EigenBatch& out)
+void outer_eigenvectors(CovarianceBatch& c, EigenBatch& out)
 {
     for (size_t p = 0; 2 * p < c.size; p++)
     {
         normalize(c, p, out);
         const Roots roots = smallest_roots(c, p);
-        adjugate_column(c, p, roots.smallest, out);
-        for (size_t lane = 0; lane < 2; lane++)
-        {
-            normalize_column(2 * p + lane, out);
-            set_eigenvalues(2 * p + lane, roots.smallest[lane], roots.minors[lane], out);
-        }
+        const Double2 largest = {set_eigenvalues(2 * p, roots.smallest[0], roots.minors[0], out),
+                                 set_eigenvalues(2 * p + 1, roots.smallest[1], roots.minors[1], out)};
+        adjugate_column(c, p, roots.smallest, out.normal);
+        adjugate_column(c, p, largest, out.direction);
+        for (size_t i = 2 * p; i < 2 * p + 2; i++)
+            normalize_column(i, out.normal), normalize_column(i, out.direction);
     }
 }
 

@@ -37,10 +37,12 @@ struct EigenBatch
     /// Unit eigenvector of values[0], its largest component positive; 0 where values[0] and values[1] are too
     /// close to tell a direction.
     BatchNumbers normal[3];
+    /// The same of values[2].
+    BatchNumbers direction[3];
 };
 
-/// In closed form, by the characteristic polynomial of the matrices, which are divided by their traces for
-/// it.
-void smallest_eigenvectors(CovarianceBatch& covariances, EigenBatch& out);
+/// The outer eigenvectors and all eigenvalues. In closed form, by the characteristic polynomial of the
+/// matrices, which are divided by their traces for it.
+void outer_eigenvectors(CovarianceBatch& covariances, EigenBatch& out);
 
 }  // namespace mp2p_icp

@@ -44,6 +44,17 @@ class BlockGridIndex : public NearestNeighborIndex
         }
     }
 
+    void nearest_and_bound(const PointArrays& queries, size_t first, size_t last, const float* max_dist_sq,
+                           uint32_t* ids, float* dist_sq, float* others) const override
+    {
+        for (size_t i = first; i < last; i++)
+        {
+            const BoundedNeighbor found =
+                grid_.nearest_and_bound(queries.x[i], queries.y[i], queries.z[i], max_dist_sq[i]);
+            ids[i] = found.id, dist_sq[i] = found.dist_sq, others[i] = found.others;
+        }
+    }
+
  private:
     mrpt::maps::CPointsMap::ConstPtr points_;
     BlockGrid grid_;

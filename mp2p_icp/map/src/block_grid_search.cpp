@@ -163,14 +163,6 @@ void search(const BlockGridData& d, const float q[3], Found& found)
     visit_beyond(d, around, q, found);
 }
 
-/// A distance below that of a squared one in float, by more than the rounding of three squares, a root, and
-/// of what a caller subtracts from it.
-float surely_nearer_than(float dist_sq)
-{
-    if (!(dist_sq > 2 * FLT_MIN)) return 0;
-    return std::sqrt(std::min(dist_sq, FLT_MAX)) * (1 - 4e-6f);
-}
-
 GridNeighbor found_or_none(const GridNeighbor& best)
 {
     return best.id == NO_NEIGHBOR ? GridNeighbor() : best;

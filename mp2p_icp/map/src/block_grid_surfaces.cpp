@@ -92,8 +92,8 @@ class BlockWithBorder
         }
     }
 
-    /// Over the 3x3x3 voxels around a cell of the block.
-    VoxelSums sum_around(int cell) const
+    /// Over the 3x3x3 voxels around a cell of the block. \param voxels how many of them have points
+    VoxelSums sum_around(int cell, uint32_t& voxels) const
     {
         std::array<uint8_t, 28> found;
         size_t count = 0;
@@ -106,6 +106,7 @@ class BlockWithBorder
                     found[count] = number;
                     count += number != 0;
                 }
+        voxels = static_cast<uint32_t>(count);
         VoxelSums sum{};
         for (size_t f = 0; f < count; f++)
             for (size_t k = 0; k < SUMS_WITH_MOMENTS; k++) sum[k] += sums_[found[f]][k];
@@ -144,22 +145,24 @@ class SurfaceWriter
 {
  public:
     SurfaceWriter(VoxelSurface* out, double side, double min_spread)
-        : out_(out), side_sq_(side * side), min_spread_(min_spread * side * side)
+        : out_(out), side_(side), side_sq_(side * side), min_spread_(min_spread * side * side)
     {
     }
-    void add(const VoxelSums& s)
+    /// \param centre from which the sums count, in cells from zero
+    void add(const VoxelSums& s, uint32_t voxels, const std::array<double, 3>& centre)
     {
         const double n = s[0], share = 1 / n, x = s[1] * share, y = s[2] * share, z = s[3] * share;
         const size_t i = batch_.size++;
         batch_.xx.set(i, s[4] * share - x * x), batch_.xy.set(i, s[5] * share - x * y);
         batch_.xz.set(i, s[6] * share - x * z), batch_.yy.set(i, s[7] * share - y * y);
         batch_.yz.set(i, s[8] * share - y * z), batch_.zz.set(i, s[9] * share - z * z);
-        count_[i] = static_cast<uint32_t>(n);
+        count_[i] = static_cast<uint32_t>(n), voxels_[i] = voxels;
+        mean_[0][i] = centre[0] + x, mean_[1][i] = centre[1] + y, mean_[2][i] = centre[2] + z;
         if (batch_.size == BatchNumbers::MAX) flush();
     }
     void flush()
     {
-        smallest_eigenvectors(batch_, eigen_);
+        outer_eigenvectors(batch_, eigen_);
         for (size_t i = 0; i < batch_.size; i++) *out_++ = surface(i);
         batch_.size = 0;
     }
@@ -168,13 +171,19 @@ class SurfaceWriter
     VoxelSurface surface(size_t i) const
     {
         VoxelSurface s;
-        s.count = count_[i];
+        s.count = count_[i], s.voxels = voxels_[i];
         double values[3];
         for (size_t v = 0; v < 3; v++)
         {
             values[v] = eigen_.values[v][i] * side_sq_;
             s.eigenvalues[v] = static_cast<float>(values[v]);
         }
+        s.mean_x = static_cast<float>(mean_[0][i] * side_);
+        s.mean_y = static_cast<float>(mean_[1][i] * side_);
+        s.mean_z = static_cast<float>(mean_[2][i] * side_);
+        s.dx = static_cast<float>(eigen_.direction[0][i]);
+        s.dy = static_cast<float>(eigen_.direction[1][i]);
+        s.dz = static_cast<float>(eigen_.direction[2][i]);
         if (s.count < 3 || !(values[1] >= min_spread_)) return s;
         s.nx = static_cast<float>(eigen_.normal[0][i]);
         s.ny = static_cast<float>(eigen_.normal[1][i]);
@@ -183,10 +192,11 @@ class SurfaceWriter
     }
 
     VoxelSurface* out_;
-    double side_sq_, min_spread_;
+    double side_, side_sq_, min_spread_;
     CovarianceBatch batch_;
     EigenBatch eigen_;
-    std::array<uint32_t, BatchNumbers::MAX> count_;
+    std::array<uint32_t, BatchNumbers::MAX> count_, voxels_;
+    std::array<std::array<double, BatchNumbers::MAX>, 3> mean_;  ///< cells from zero
 };
 
 /// Writes the surfaces of all voxels of the blocks first ... last - 1.
@@ -197,8 +207,13 @@ void write_surfaces(const BlockGridData& d, size_t first, size_t last, double mi
     for (size_t b = first; b < last; b++)
     {
         around.fill(d, static_cast<uint32_t>(b));
+        const auto centre = block_centre(d.frame, d.table[static_cast<uint32_t>(b)]);
         for (uint64_t left = d.voxel_masks[b]; left; left &= left - 1)
-            writer.add(around.sum_around(__builtin_ctzll(left)));
+        {
+            uint32_t voxels = 0;
+            const VoxelSums sums = around.sum_around(__builtin_ctzll(left), voxels);
+            writer.add(sums, voxels, centre);
+        }
     }
     writer.flush();
 }

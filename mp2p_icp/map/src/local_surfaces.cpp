@@ -1,3 +1,4 @@
+#include <mp2p_icp/block_grid.h>
 #include <mp2p_icp/local_surfaces.h>
 #include <mp2p_icp/metricmap.h>
 #include <mp2p_icp/numbers.h>
@@ -106,23 +107,60 @@ class SurfaceMaker
     uint32_t k_;
     float max_dist_sq_;
 };
+
+void check(const LocalSurfaceOptions& options)
+{
+    if (options.voxel > 0 && std::isfinite(options.voxel)) return;
+    if (options.voxel != 0)
+        throw std::invalid_argument("local surfaces: 'voxel' must be positive and finite, or 0, not " +
+                                    to_text(options.voxel));
+    if (options.neighbors < 1)
+        throw std::invalid_argument("local surfaces: 'neighbors' must be at least 1, not 0");
+    if (!(options.radius > 0) || !std::isfinite(options.radius))
+        throw std::invalid_argument("local surfaces: 'radius' must be positive and finite, not " +
+                                    to_text(options.radius));
+}
+
+LocalSurface as_local_surface(const VoxelSurface& v, const Eigen::Vector3f& point)
+{
+    LocalSurface s;
+    s.to_mean = Eigen::Vector3f(v.mean_x, v.mean_y, v.mean_z) - point;
+    s.normal = {v.nx, v.ny, v.nz}, s.direction = {v.dx, v.dy, v.dz};
+    s.eigenvalues = {v.eigenvalues[0], v.eigenvalues[1], v.eigenvalues[2]};
+    s.count = v.count, s.voxels = v.voxels;
+    return s;
+}
+
+void make_voxel_surfaces(const PointView& points, double side, std::vector<LocalSurface>& out)
+{
+    BlockGridOptions options;
+    options.voxel_size = side, options.moments = true;
+    const BlockGrid grid(points, options);
+    std::vector<VoxelSurface> of_voxel;
+    grid.surfaces(of_voxel);
+    const auto& voxel_of_point = grid.voxel_of_point();
+    for (size_t i = 0; i < points.size; i++)
+        if (voxel_of_point[i] != NO_NEIGHBOR)
+            out[i] = as_local_surface(of_voxel[voxel_of_point[i]], {points.x[i], points.y[i], points.z[i]});
+}
 }  // namespace
 
 LocalSurfaces::ConstPtr compute_local_surfaces(const mrpt::maps::CPointsMap& points,
                                                const NearestNeighborIndex& index,
                                                const LocalSurfaceOptions& options)
 {
-    if (options.neighbors < 1)
-        throw std::invalid_argument("local surfaces: 'neighbors' must be at least 1, not 0");
-    if (!(options.radius > 0) || !std::isfinite(options.radius))
-        throw std::invalid_argument("local surfaces: 'radius' must be positive and finite, not " +
-                                    to_text(options.radius));
+    check(options);
     if (index.size() != points.size())
         throw std::invalid_argument("local surfaces: the index is of " + std::to_string(index.size()) +
                                     " points, the layer has " + std::to_string(points.size()));
     const auto out = std::make_shared<LocalSurfaces>();
     out->options = options;
     out->of_point.resize(points.size());
+    if (options.voxel > 0)
+    {
+        make_voxel_surfaces(points, options.voxel, out->of_point);
+        return out;
+    }
     const SurfaceMaker maker(points, index, options);
     parallel_for_blocks(points.size(),
                         [&](size_t first, size_t last) { maker.make(first, last, out->of_point.data()); });
@@ -136,7 +174,7 @@ LocalSurfaces::ConstPtr LayerIndexCache::surfaces(const std::string& layer,
                                                   const LocalSurfaceOptions& options,
                                                   uint32_t leaf_max_points)
 {
-    constexpr size_t KEPT_PER_LAYER = 4;
+    constexpr size_t KEPT_PER_LAYER = 8;
     const uint64_t fingerprint = coordinates_fingerprint(*points);
     const auto find = [&]() -> LocalSurfaces::ConstPtr
     {

@@ -128,6 +128,19 @@ class KdTreeIndex : public NearestNeighborIndex
         }
     }
 
+    void nearest_and_bound(const PointArrays& queries, size_t first, size_t last, const float* max_dist_sq,
+                           uint32_t* ids, float* dist_sq, float* others) const override
+    {
+        std::vector<uint32_t> two_ids(2 * last);
+        std::vector<float> two(2 * last);
+        nearest(queries, first, last, 2, max_dist_sq, two_ids.data(), two.data());
+        for (size_t i = first; i < last; i++)
+        {
+            ids[i] = two_ids[2 * i], dist_sq[i] = two[2 * i];
+            others[i] = surely_nearer_than(std::min(max_dist_sq[i], two[2 * i + 1]));
+        }
+    }
+
  private:
     using Tree = nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<float, CloudAdaptor>,
                                                      CloudAdaptor, 3, uint32_t>;

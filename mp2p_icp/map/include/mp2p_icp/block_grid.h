@@ -44,13 +44,17 @@ struct BlockGridOptions
 
 /** The distribution of all points in the 3x3x3 voxels around one voxel (each point counts once).
  * The normal belongs to the smallest eigenvalue, and its largest component is positive; it is 0 where there
- * is none: fewer than three points, or points along a line.
+ * is none: fewer than three points, or points along a line. So does the direction to the largest one; it is 0
+ * where that is not larger than the middle one.
  */
 struct VoxelSurface
 {
     float nx = 0, ny = 0, nz = 0;
-    float eigenvalues[3] = {0, 0, 0};  ///< of the covariance (divided by count), increasing, m^2
-    uint32_t count = 0;                ///< of points
+    float dx = 0, dy = 0, dz = 0;
+    float mean_x = 0, mean_y = 0, mean_z = 0;  ///< of the points, m
+    float eigenvalues[3] = {0, 0, 0};          ///< of the covariance (divided by count), increasing, m^2
+    uint32_t count = 0;                        ///< of points
+    uint32_t voxels = 0;                       ///< of the 27, how many have points
 
     bool has_normal() const { return nx != 0 || ny != 0 || nz != 0; }
     /// Smallest eigenvalue over the sum of all three: 0 on a plane, 1/3 in a ball. 0 if all points are equal.

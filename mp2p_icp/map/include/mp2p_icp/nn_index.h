@@ -3,8 +3,11 @@
 #include <mrpt/maps/CPointsMap.h>
 #include <mrpt/math/TBoundingBox.h>
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -21,6 +24,14 @@ struct PointArrays
 
 /// Index of "no neighbour".
 constexpr uint32_t NO_NEIGHBOR = UINT32_MAX;
+
+/// A distance below that of a squared one in float, by more than the rounding of three squares, a root, and
+/// of what a caller subtracts from it.
+inline float surely_nearer_than(float dist_sq)
+{
+    if (!(dist_sq > 2 * std::numeric_limits<float>::min())) return 0;
+    return std::sqrt(std::min(dist_sq, std::numeric_limits<float>::max())) * (1 - 4e-6f);
+}
 
 /** Nearest neighbours among the points of one layer. Built once, never changes; any number of threads may ask
  * at once. Distances are Euclidean, squared, in float, as the layer's coordinates are.
@@ -42,6 +53,14 @@ class NearestNeighborIndex
      */
     virtual void nearest(const PointArrays& queries, size_t first, size_t last, uint32_t k,
                          const float* max_dist_sq, uint32_t* ids, float* dist_sq) const = 0;
+
+    /** As nearest() with k = 1; and into others[i], lower bounds of the distances (m) of all other points:
+     * rounding included, so that a caller may tell for sure that a query that has moved a little still has
+     * the same neighbour (see BoundedNeighbor).
+     */
+    virtual void nearest_and_bound(const PointArrays& queries, size_t first, size_t last,
+                                   const float* max_dist_sq, uint32_t* ids, float* dist_sq,
+                                   float* others) const = 0;
 };
 
 /** A KD-tree (nanoflann) over the map's own coordinate buffers. The map is kept alive, and must not change.
