@@ -1,8 +1,13 @@
 #include "voxel_decimation.h"
 
+#include <mp2p_icp/block_grid.h>
 #include <mp2p_icp/numbers.h>
 #include <mp2p_icp/point_fields.h>
 #include <mp2p_icp/random.h>
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
 
 #include "VoxelCells.h"
 
@@ -14,12 +19,12 @@ namespace
 {
 constexpr uint32_t NO_GROUP = UINT32_MAX;
 
-/// The points that one output point stands for.
+/// The points that one output point stands for: those of a voxel, or one that is kept.
 struct Group
 {
     size_t first_point = 0;
-    uint32_t count = 0;
-    CellIndex cell;
+    uint32_t count = 1;
+    uint32_t voxel = mp2p_icp::NO_NEIGHBOR;
 };
 
 /// Groups in the order of their first points, and the group of each point.
@@ -27,93 +32,154 @@ struct Groups
 {
     std::vector<Group> groups;
     std::vector<uint32_t> group_of_point;  ///< NO_GROUP: not finite
-
-    uint32_t add_group(size_t first_point, const CellIndex& cell)
-    {
-        groups.push_back({first_point, 0, cell});
-        return static_cast<uint32_t>(groups.size() - 1);
-    }
+    mp2p_icp::BlockGrid voxels;
 };
 
-CellIndex checked_cell(const CPointsMap& points, size_t i, double side)
+/// The points of a cloud that are to be thinned, and where they come from.
+struct Thinned
 {
-    float x = 0, y = 0, z = 0;
-    points.getPointFast(i, x, y, z);
-    if (const auto cell = cell_of(x, y, z, side)) return *cell;
-    throw std::invalid_argument("FilterDecimateVoxels: point " + std::to_string(i) + " of the input, at (" +
-                                mp2p_icp::to_text(x) + ", " + mp2p_icp::to_text(y) + ", " +
-                                mp2p_icp::to_text(z) + "), is too far away for cells of " +
+    mp2p_icp::PointArrays copies;  ///< only if not all of the cloud
+    mp2p_icp::PointView points;
+    std::vector<uint32_t> origin;  ///< index in the cloud of each point; empty: its own
+
+    size_t origin_of(size_t i) const { return origin.empty() ? i : origin[i]; }
+};
+
+bool is_finite(const mp2p_icp::PointView& p, size_t i)
+{
+    return std::isfinite(p.x[i]) && std::isfinite(p.y[i]) && std::isfinite(p.z[i]);
+}
+
+/// Parts the points of the input; those that are kept become groups of their own.
+Thinned points_to_thin(const DecimationInput& input, Groups& out)
+{
+    const mp2p_icp::PointView all(*input.points);
+    Thinned thinned;
+    thinned.points = all;
+    if (input.kept_whole.empty()) return thinned;
+    auto whole = input.kept_whole.begin();
+    for (size_t i = 0; i < all.size; i++)
+    {
+        while (whole != input.kept_whole.end() && i >= whole->second) ++whole;
+        const bool is_kept = whole != input.kept_whole.end() && i >= whole->first;
+        if (is_kept && is_finite(all, i)) out.groups.push_back({i});
+        if (is_kept) continue;
+        thinned.copies.x.push_back(all.x[i]), thinned.copies.y.push_back(all.y[i]);
+        thinned.copies.z.push_back(all.z[i]);
+        thinned.origin.push_back(static_cast<uint32_t>(i));
+    }
+    thinned.points = thinned.copies;
+    return thinned;
+}
+
+[[noreturn]] void refuse_far_points(const mp2p_icp::PointView& points, double side)
+{
+    const auto radius = [&](size_t i)
+    {
+        return is_finite(points, i)
+                   ? std::max({std::abs(points.x[i]), std::abs(points.y[i]), std::abs(points.z[i])})
+                   : 0.f;
+    };
+    size_t farthest = 0;
+    for (size_t i = 1; i < points.size; i++)
+        if (radius(i) > radius(farthest)) farthest = i;
+    throw std::invalid_argument("FilterDecimateVoxels: point " + std::to_string(farthest) +
+                                " of the input, at (" + mp2p_icp::to_text(points.x[farthest]) + ", " +
+                                mp2p_icp::to_text(points.y[farthest]) + ", " +
+                                mp2p_icp::to_text(points.z[farthest]) + "), is too far away for cells of " +
                                 mp2p_icp::to_text(side) + " m");
+}
+
+mp2p_icp::BlockGrid voxels_of(const mp2p_icp::PointView& points, double side)
+{
+    mp2p_icp::BlockGridOptions options;
+    options.voxel_size = side;
+    try
+    {
+        return mp2p_icp::BlockGrid(points, options);
+    }
+    catch (const std::invalid_argument&)
+    {
+        refuse_far_points(points, side);
+    }
 }
 
 Groups group_points(const DecimationInput& input, double side)
 {
-    const CPointsMap& points = *input.points;
-    Groups result;
-    result.group_of_point.assign(points.size(), NO_GROUP);
-    VoxelCells cells;
-    std::vector<uint32_t> group_of_cell;
-    auto whole = input.kept_whole.begin();
-    for (size_t i = 0; i < points.size(); i++)
+    Groups out;
+    const Thinned thinned = points_to_thin(input, out);
+    out.voxels = voxels_of(thinned.points, side);
+    const auto& voxel_of_point = out.voxels.voxel_of_point();
+    const auto kept = static_cast<std::ptrdiff_t>(out.groups.size());
+    for (size_t i = 0; i < voxel_of_point.size(); i++)
+        if (const uint32_t v = voxel_of_point[i];
+            v != mp2p_icp::NO_NEIGHBOR && out.voxels.first_points()[v] == i)
+            out.groups.push_back({thinned.origin_of(i), out.voxels.point_counts()[v], v});
+    std::inplace_merge(out.groups.begin(), out.groups.begin() + kept, out.groups.end(),
+                       [](const Group& a, const Group& b) { return a.first_point < b.first_point; });
+
+    std::vector<uint32_t> group_of_voxel(out.voxels.voxel_count());
+    out.group_of_point.assign(input.points->size(), NO_GROUP);
+    for (uint32_t g = 0; g < out.groups.size(); g++)
     {
-        while (whole != input.kept_whole.end() && i >= whole->second) ++whole;
-        const bool is_kept = whole != input.kept_whole.end() && i >= whole->first;
-        if (!mp2p_icp::is_finite_point(points, i)) continue;
-        const CellIndex cell = is_kept ? CellIndex() : checked_cell(points, i, side);
-        uint32_t group = NO_GROUP;
-        if (!is_kept)
-        {
-            const uint32_t number = cells.number_of(cell);
-            if (number == group_of_cell.size()) group_of_cell.push_back(NO_GROUP);
-            group = group_of_cell[number];
-            if (group == NO_GROUP) group = group_of_cell[number] = result.add_group(i, cell);
-        }
+        const Group& group = out.groups[g];
+        if (group.voxel == mp2p_icp::NO_NEIGHBOR)
+            out.group_of_point[group.first_point] = g;
         else
-            group = result.add_group(i, cell);
-        result.groups[group].count++;
-        result.group_of_point[i] = group;
+            group_of_voxel[group.voxel] = g;
     }
-    return result;
+    for (size_t i = 0; i < voxel_of_point.size(); i++)
+        if (voxel_of_point[i] != mp2p_icp::NO_NEIGHBOR)
+            out.group_of_point[thinned.origin_of(i)] = group_of_voxel[voxel_of_point[i]];
+    return out;
 }
 
-/// Sums of all fields of the points of each group, in double.
-struct FieldSums
+/// How many numbers a point of the cloud has, its coordinates among them.
+size_t field_count(const CPointsMap& points)
 {
-    size_t fields = 0;
-    std::vector<double> sums;  ///< `fields` numbers per group
-};
+    std::vector<float> values;
+    if (points.size() > 0) points.getPointAllFieldsFast(0, values);
+    return values.size();
+}
 
-FieldSums sum_fields(const CPointsMap& points, const Groups& groups)
+/// Sums of all fields of the points of each group, in double: `fields` numbers per group.
+std::vector<double> sum_fields(const CPointsMap& points, const Groups& groups, size_t fields)
 {
-    FieldSums out;
+    std::vector<double> sums(fields * groups.groups.size(), 0.0);
     std::vector<float> values;
     for (size_t i = 0; i < points.size(); i++)
     {
         const uint32_t group = groups.group_of_point[i];
         if (group == NO_GROUP) continue;
         points.getPointAllFieldsFast(i, values);
-        if (out.sums.empty())
-        {
-            out.fields = values.size();
-            out.sums.assign(out.fields * groups.groups.size(), 0.0);
-        }
-        for (size_t f = 0; f < out.fields; f++)
-            out.sums[group * out.fields + f] += static_cast<double>(values[f]);
+        for (size_t f = 0; f < fields; f++) sums[group * fields + f] += static_cast<double>(values[f]);
     }
-    return out;
+    return sums;
 }
 
 CPointsMap::Ptr averages(const CPointsMap& points, const Groups& groups)
 {
     const auto out = mp2p_icp::new_cloud_like(points);
     out->resize(groups.groups.size());
-    const FieldSums all = sum_fields(points, groups);
-    std::vector<float> values(all.fields);
+    const size_t fields = field_count(points);
+    const bool has_more = fields > 3;
+    const std::vector<double> sums = has_more ? sum_fields(points, groups, fields) : std::vector<double>();
+    std::vector<float> values(fields);
     for (size_t g = 0; g < groups.groups.size(); g++)
     {
-        for (size_t f = 0; f < all.fields; f++)
-            values[f] = static_cast<float>(all.sums[g * all.fields + f] / groups.groups[g].count);
-        out->setPointAllFieldsFast(g, values);
+        const Group& group = groups.groups[g];
+        if (has_more)
+        {
+            for (size_t f = 0; f < fields; f++)
+                values[f] = static_cast<float>(sums[g * fields + f] / group.count);
+            out->setPointAllFieldsFast(g, values);
+        }
+        float x = 0, y = 0, z = 0;
+        points.getPointFast(group.first_point, x, y, z);
+        if (group.voxel != mp2p_icp::NO_NEIGHBOR)
+            x = groups.voxels.means().x[group.voxel], y = groups.voxels.means().y[group.voxel],
+            z = groups.voxels.means().z[group.voxel];
+        out->setPointFast(g, x, y, z);
     }
     out->mark_as_modified();
     return out;
@@ -155,20 +221,25 @@ std::vector<size_t> closest_to_average(const CPointsMap& points, const Groups& g
 }
 
 /// A seed from the seed of the filter and the cell alone, so that other cells have no influence.
-uint64_t seed_of_cell(uint64_t seed, const CellIndex& cell)
+uint64_t seed_of_cell(uint64_t seed, const std::optional<CellIndex>& cell)
 {
-    for (const int64_t index : {cell.x, cell.y, cell.z})
+    const CellIndex c = cell.value_or(CellIndex());
+    for (const int64_t index : {c.x, c.y, c.z})
         seed = mp2p_icp::SeededRandom(seed ^ static_cast<uint64_t>(index))();
     return seed;
 }
 
-std::vector<size_t> random_points(const Groups& groups, uint64_t seed)
+std::vector<size_t> random_points(const CPointsMap& points, const Groups& groups, double side, uint64_t seed)
 {
     const size_t n = groups.groups.size();
     std::vector<size_t> picks(n, 0), points_to_pass(n);
     for (size_t g = 0; g < n; g++)
+    {
+        float x = 0, y = 0, z = 0;
+        points.getPointFast(groups.groups[g].first_point, x, y, z);
         points_to_pass[g] =
-            mp2p_icp::SeededRandom(seed_of_cell(seed, groups.groups[g].cell)).index(groups.groups[g].count);
+            mp2p_icp::SeededRandom(seed_of_cell(seed, cell_of(x, y, z, side))).index(groups.groups[g].count);
+    }
     for (size_t i = 0; i < groups.group_of_point.size(); i++)
     {
         const uint32_t group = groups.group_of_point[i];
@@ -178,11 +249,11 @@ std::vector<size_t> random_points(const Groups& groups, uint64_t seed)
     return picks;
 }
 
-std::vector<size_t> picked_points(const CPointsMap& points, const Groups& groups, DecimateMethod method,
-                                  uint64_t seed)
+std::vector<size_t> picked_points(const CPointsMap& points, const Groups& groups, double side,
+                                  DecimateMethod method, uint64_t seed)
 {
     if (method == DecimateMethod::ClosestToAverage) return closest_to_average(points, groups);
-    if (method == DecimateMethod::RandomPoint) return random_points(groups, seed);
+    if (method == DecimateMethod::RandomPoint) return random_points(points, groups, side, seed);
     return first_points(groups);
 }
 }  // namespace
@@ -192,7 +263,7 @@ CPointsMap::Ptr decimate(const DecimationInput& input, double side, DecimateMeth
     const Groups groups = group_points(input, side);
     if (method == DecimateMethod::VoxelAverage) return averages(*input.points, groups);
     const auto out = mp2p_icp::new_cloud_like(*input.points);
-    mp2p_icp::append_points(*out, *input.points, picked_points(*input.points, groups, method, seed));
+    mp2p_icp::append_points(*out, *input.points, picked_points(*input.points, groups, side, method, seed));
     return out;
 }
 

@@ -29,7 +29,8 @@ enum class DecimateMethod : uint8_t
  * height; the cells are still those of the original points.
  *
  * No input layer at all (error_on_missing_input_layer: false) gives an empty CSimplePointsMap.
- * filter() throws std::invalid_argument also for a point too far away to be numbered (2^62 cells).
+ * filter() throws std::invalid_argument also for a point too far away to be numbered (2^30
+ * cells from the middle of the cloud).
  * O(points): about 0.1 microseconds each. The result is the same on every machine and for any number of
  * threads.
  */
