@@ -18,6 +18,10 @@ void Matcher_Point2Plane::declare_parameters(ParameterDeclaration& declare)
                    "radius of the neighbourhood of a global point to which a plane is fitted");
     declare.integer("knn", knn, Range::between(3, 1000),
                     "fit planes to so many points at most, the nearest ones, itself included");
+    declare.number(
+        "surfaceVoxelSize", surfaceVoxelSize, "m", Range::not_negative(),
+        "above 0: fit planes to all points in the 3x3x3 voxels of this side around the global point's, in "
+        "place of searchRadius and knn; takes a tenth of the time");
     declare.integer("minimumPlanePoints", minimumPlanePoints, Range::between(3, 1000),
                     "no plane where the neighbourhood has fewer points");
     declare.number("planeEigenThreshold", planeEigenThreshold, "", Range::between(0, 1),
@@ -38,7 +42,7 @@ void Matcher_Point2Plane::declare_parameters(ParameterDeclaration& declare)
     declare.rule(
         [this]() -> std::string
         {
-            if (minimumPlanePoints <= knn) return "";
+            if (minimumPlanePoints <= knn || surfaceVoxelSize > 0) return "";
             return "'minimumPlanePoints' must not be above 'knn', of which the plane is made";
         });
 }
@@ -54,7 +58,9 @@ SurfaceScratch& Matcher_Point2Plane::chosen_planes(const layer_name_t& globalLay
                                                    const mrpt::poses::CPose3D& localPose, double distance,
                                                    MatchState& state) const
 {
-    const LocalSurfaceOptions options = {knn, searchRadius};
+    const LocalSurfaceOptions options = surfaceVoxelSize > 0
+                                            ? LocalSurfaceOptions::of_voxels(surfaceVoxelSize)
+                                            : LocalSurfaceOptions{knn, searchRadius, 0};
     SurfaceScratch& s = surface_scratch(*this, globalLayer, localLayer, options, state);
     transform_local_to_global(localLayer, localPose, state, s.nearest.local);
 

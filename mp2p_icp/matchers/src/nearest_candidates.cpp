@@ -5,16 +5,26 @@
 
 namespace mp2p_icp
 {
+void prepare(NearestScratch& s, const Matcher_Points_Base& matcher, const layer_name_t& globalLayer,
+             const layer_name_t& localLayer, MatchState& state)
+{
+    if (s.index) return;
+    state.searched_global_layers.insert(globalLayer), state.searched_local_layers.insert(localLayer);
+    s.global = state.pcGlobal.point_layer(globalLayer);
+    s.index = state.pcGlobal.nn_index(globalLayer, matcher.kdtree_leaf_max_points_);
+}
+
 NearestScratch& nearest_scratch(const Matcher_Points_Base& matcher, const layer_name_t& globalLayer,
                                 const layer_name_t& localLayer, MatchState& state)
 {
     auto& s = state.scratch<NearestScratch>(&matcher, globalLayer, localLayer);
-    if (!s.index) s.index = state.pcGlobal.nn_index(globalLayer, matcher.kdtree_leaf_max_points_);
+    prepare(s, matcher, globalLayer, localLayer, state);
     return s;
 }
 
-void find_candidates(uint32_t k, const std::vector<bool>* excluded, NearestScratch& s)
+void find_neighbors(uint32_t k, NearestScratch& s)
 {
+    if (k == 1) return s.tracked.find(*s.index, *s.global, s.local, s.max_dist_sq.data(), s.ids, s.dist_sq);
     const size_t n = s.local.ids.size();
     s.ids.resize(n * k), s.dist_sq.resize(n * k);
     parallel_for_blocks(n,
@@ -23,6 +33,12 @@ void find_candidates(uint32_t k, const std::vector<bool>* excluded, NearestScrat
                             s.index->nearest(s.local.in_global, first, last, k, s.max_dist_sq.data(),
                                              s.ids.data(), s.dist_sq.data());
                         });
+}
+
+void find_candidates(uint32_t k, const std::vector<bool>* excluded, NearestScratch& s)
+{
+    find_neighbors(k, s);
+    const size_t n = s.local.ids.size();
     s.candidates.clear();
     for (size_t i = 0; i < n; i++)
         for (size_t j = i * k; j < (i + 1) * k && s.ids[j] != NO_NEIGHBOR; j++)

@@ -121,8 +121,7 @@ SurfaceScratch& surface_scratch(const Matcher_Points_Base& matcher, const layer_
                                 MatchState& state)
 {
     auto& s = state.scratch<SurfaceScratch>(&matcher, globalLayer, localLayer);
-    if (!s.nearest.index)
-        s.nearest.index = state.pcGlobal.nn_index(globalLayer, matcher.kdtree_leaf_max_points_);
+    prepare(s.nearest, matcher, globalLayer, localLayer, state);
     if (!s.global)
         s.global = state.pcGlobal.local_surfaces(globalLayer, options, matcher.kdtree_leaf_max_points_);
     return s;
@@ -131,15 +130,8 @@ SurfaceScratch& surface_scratch(const Matcher_Points_Base& matcher, const layer_
 void find_nearest(uint32_t k, double max_distance, SurfaceScratch& s)
 {
     NearestScratch& n = s.nearest;
-    const size_t count = n.local.ids.size();
-    n.max_dist_sq.assign(count, static_cast<float>(max_distance * max_distance));
-    n.ids.resize(count * k), n.dist_sq.resize(count * k);
-    parallel_for_blocks(count,
-                        [&](size_t first, size_t last)
-                        {
-                            n.index->nearest(n.local.in_global, first, last, k, n.max_dist_sq.data(),
-                                             n.ids.data(), n.dist_sq.data());
-                        });
+    n.max_dist_sq.assign(n.local.ids.size(), static_cast<float>(max_distance * max_distance));
+    find_neighbors(k, n);
 }
 
 void choose_surfaces(const mrpt::maps::CPointsMap& global, const mrpt::maps::CPointsMap& local, uint32_t k,

@@ -10,6 +10,7 @@
 #include <any>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <tuple>
 #include <typeindex>
@@ -44,6 +45,10 @@ class MatchState
     const metric_map_t& pcGlobal;
     const metric_map_t& pcLocal;
     pointcloud_bitfield_t localPairedBitField, globalPairedBitField;
+
+    /// The clouds of the global map in which neighbours of local points were looked for, and those of the
+    /// local map.
+    std::set<layer_name_t> searched_global_layers, searched_local_layers;
 
     /// Forgets what is paired: call before each round of matching.
     void initialize();

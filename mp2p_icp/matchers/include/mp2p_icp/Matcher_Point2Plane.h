@@ -36,6 +36,7 @@ class Matcher_Point2Plane : public Matcher_Points_Base
     Formula distanceThreshold = 0.50;  ///< m, > 0
     double searchRadius = 0.50;        ///< m, > 0
     uint32_t knn = 10;                 ///< >= 3
+    double surfaceVoxelSize = 0;       ///< m; above 0: in place of the former two
     uint32_t minimumPlanePoints = 5;   ///< >= 3
     double planeEigenThreshold = 0.01, planeWidthThreshold = 0.1;
     uint32_t nearestPointsTried = 1;
