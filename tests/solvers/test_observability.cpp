@@ -829,3 +829,97 @@ TEST(Observability, SignsAreFreeWhereTheyAreSaidToBe)
     EXPECT_GT(observability(flipped, pose, estimated).sigma, 0.5);
     EXPECT_LT(observability(p, pose, estimated).sigma, 0.1);
 }
+
+// ---- What errors of the primitives feign, and what a prior knows
+// --------------------------------------------
+
+namespace
+{
+/// Points on two walls (normals y) and a floor (normals z) of a corridor along x; each normal is off by a
+/// random tilt.
+struct NoisyCorridor
+{
+    Pairings pairings, feigned;
+
+    NoisyCorridor(size_t points, double tilt_sigma, uint64_t seed)
+    {
+        SeededRandom random(seed);
+        for (size_t i = 0; i < points; i++)
+        {
+            const size_t face = i % 3;
+            Vector3d at(random.uniform(-5, 5),
+                        face == 0   ? -2
+                        : face == 1 ? 2
+                                    : random.uniform(-2, 2),
+                        face == 2 ? -1 : random.uniform(-1, 1));
+            const Vector3d normal = face == 2 ? Vector3d::UnitZ() : Vector3d::UnitY();
+            const Vector3d across = Vector3d::UnitX(), other = normal.cross(across);
+            const Vector3d tilted =
+                (normal + tilt_sigma * (random.gaussian() * across + random.gaussian() * other)).normalized();
+            add(at, tilted, 1, pairings);
+            add(at, across, tilt_sigma * tilt_sigma, feigned);
+            add(at, other, tilt_sigma * tilt_sigma, feigned);
+        }
+    }
+    static void add(const Vector3d& at, const Vector3d& normal, double weight, Pairings& to)
+    {
+        point_plane_pair_t pair;
+        pair.pl_global = patch(at, normal), pair.pt_local = to_mrpt(at);
+        to.paired_pt2pl.push_back(pair), to.pt2pl_weights.emplace_back(1, weight);
+    }
+};
+}  // namespace
+
+TEST(Observability, WhatErrorsOfNormalsFeignIsNotDetermined)
+{
+    for (uint64_t seed = 1; seed <= 50; seed++)
+    {
+        const NoisyCorridor corridor(300, 0.03, seed);
+        EXPECT_EQ(observability(corridor.pairings, CPose3D()).rank, 6) << "the tilts look like information";
+        ObservabilityParameters p;
+        p.feigned = &corridor.feigned;
+        const auto seen = observability(corridor.pairings, CPose3D(), p);
+        ASSERT_EQ(seen.free.size(), 1u) << seed;
+        EXPECT_EQ(seen.free[0].name, "x");
+        EXPECT_EQ(seen.free[0].kind, FreeTwist::Kind::Translation);
+    }
+}
+
+TEST(Observability, AFewRowsAlongTheCorridorAreMoreThanErrorsFeign)
+{
+    NoisyCorridor corridor(300, 0.03, 1);
+    // What 300 tilts feign along x is 0.27 rows in the mean: four times that is 1.1.
+    for (int i = 0; i < 5; i++)
+        NoisyCorridor::add({4, 0.2 * i, 0.1 * i}, Vector3d::UnitX(), 1, corridor.pairings);
+    ObservabilityParameters p;
+    p.feigned = &corridor.feigned;
+    EXPECT_EQ(observability(corridor.pairings, CPose3D(), p).rank, 6);
+    p.feigned_factor = 40;
+    EXPECT_EQ(observability(corridor.pairings, CPose3D(), p).rank, 5);
+}
+
+TEST(Observability, APriorDeterminesWhatItKnowsWellEnoughAndCounts)
+{
+    const NoisyCorridor corridor(300, 0, 1);  // exact: x is free
+    ObservabilityParameters p;
+    p.sigma = 0.01;
+    p.prior.emplace();
+    p.prior->mean = CPose3D(0.3, 0, 0, 0, 0, 0);
+    p.prior->cov_inv.setZero();
+    p.prior->cov_inv(0, 0) = 1 / (0.2 * 0.2);
+    p.prior_deviation = 0.5;
+    const auto known = observability(corridor.pairings, CPose3D(), p);
+    EXPECT_EQ(known.rank, 6);
+    EXPECT_NEAR(std::sqrt(known.covariance(0, 0)), 0.2, 1e-6);
+    p.prior_deviation = 0.1;
+    const auto too_vague = observability(corridor.pairings, CPose3D(), p);
+    EXPECT_EQ(too_vague.rank, 5);
+    EXPECT_TRUE(std::isinf(too_vague.covariance(0, 0)));
+    p.prior->cov_inv.setZero();
+    p.prior->cov_inv(1, 1) = 1e8;  // across, which the walls know: adds to it
+    const auto across = observability(corridor.pairings, CPose3D(), p);
+    EXPECT_EQ(across.rank, 5);
+    p.prior.reset();
+    EXPECT_NEAR(across.information(1, 1),
+                observability(corridor.pairings, CPose3D(), p).information(1, 1) + 1e8, 1e-6 * 1e8);
+}

@@ -8,6 +8,7 @@
 #include "euler_rates.h"
 #include "observability_analysis.h"
 #include "pairing_sums.h"
+#include "pose_prior.h"
 #include "pose_quadratic.h"
 
 namespace mp2p_icp
@@ -136,6 +137,41 @@ Matrix6 without_noise(const Matrix6& H, double noise_squares, const Spread& s)
     return out;
 }
 
+/// The information of the prior in (v of the mean, omega L).
+Matrix6 prior_information(const CPose3D& pose, const Spread& s, const AnalysisOptions& options)
+{
+    if (!options.prior) return Matrix6::Zero();
+    Matrix6 J = PosePrior::jacobian(pose, rotation_of(pose).transpose() * (s.mean - translation_of(pose)));
+    J.rightCols<3>() /= s.L;
+    return J.transpose() * PosePrior(*options.prior).information() * J;
+}
+
+/// Some of the six principal motions (orthonormal columns), as two sets.
+struct Motions
+{
+    Eigen::Matrix<double, 6, Eigen::Dynamic> free{6, 0}, determined{6, 0};
+
+    void add(const Vector6& motion, bool is_free)
+    {
+        auto& columns = is_free ? free : determined;
+        columns.conservativeResize(Eigen::NoChange, columns.cols() + 1);
+        columns.rightCols<1>() = motion;
+    }
+};
+
+/// Takes those of the free motions as determined that a prior knows to within a deviation (m).
+Motions with_prior(const Motions& without, const Matrix6& prior, double deviation)
+{
+    Motions out{{6, 0}, without.determined};
+    if (without.free.cols() == 0) return out;
+    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(without.free.transpose() * prior *
+                                                               without.free);
+    for (Eigen::Index i = 0; i < without.free.cols(); i++)
+        out.add(without.free * eigen.eigenvectors().col(i),
+                !(eigen.eigenvalues()(i) * deviation * deviation > 1));
+    return out;
+}
+
 /** An orthonormal basis of the null space whose vectors lie along coordinate axes where that is possible, so
  * that a free x and a free yaw are told as such and not as two mixtures.
  */
@@ -155,13 +191,21 @@ std::vector<Vector6> readable_basis(Matrix6 projector, int dimension)
     return basis;
 }
 
+/** How much of a motion may be rotation (or, of a screw, advance) for it to be told as a pure translation
+ * (rotation): noise mixes motions, where it is not that of rounding alone.
+ */
+double mixing(const AnalysisOptions& options)
+{
+    return options.feigned ? 0.1 : 1e-3;
+}
+
 /// A readable basis of the free motions (orthonormal columns): the pure translations among them first, then
 /// what rotates.
-std::vector<Vector6> readable_motions(const Eigen::Matrix<double, 6, Eigen::Dynamic>& free)
+std::vector<Vector6> readable_motions(const Eigen::Matrix<double, 6, Eigen::Dynamic>& free, double mixing)
 {
     if (free.cols() == 0) return {};
     const Eigen::JacobiSVD<Eigen::MatrixXd> svd(free.bottomRows<3>(), Eigen::ComputeFullV);
-    const auto rotations = (svd.singularValues().array() > 1e-3).count();
+    const auto rotations = (svd.singularValues().array() > mixing).count();
     const auto projector = [](const auto& columns) { return Matrix6(columns * columns.transpose()); };
     const Eigen::MatrixXd rotating = free * svd.matrixV().leftCols(rotations);
     const Eigen::MatrixXd sliding = free * svd.matrixV().rightCols(free.cols() - rotations);
@@ -178,22 +222,24 @@ std::string axis_name(const Vector3d& axis, const char* const names[3])
     return "";
 }
 
-FreeTwist as_twist(const Vector6& direction, double deviation, double information_ratio, const Spread& s)
+FreeTwist as_twist(const Vector6& direction, double deviation, double information_ratio, double mixing,
+                   const Spread& s)
 {
     static const char* const translations[3] = {"x", "y", "z"};
     static const char* const rotations[3] = {"roll", "pitch", "yaw"};
     const Vector3d v = direction.head<3>(), omega = direction.tail<3>() / s.L;
     FreeTwist out;
     out.information_ratio = information_ratio;
-    if (direction.tail<3>().norm() < 1e-3)
+    if (direction.tail<3>().norm() < mixing)
     {
         const Vector3d axis = v.normalized();
         out.axis = to_mrpt(axis), out.sigma = deviation, out.name = axis_name(axis, translations);
         return out;
     }
     const Vector3d axis = omega.normalized();
-    const double pitch = axis.dot(v) / omega.norm();  // metres of advance per rad
-    out.kind = std::abs(pitch) < 1e-3 * s.L ? FreeTwist::Kind::Rotation : FreeTwist::Kind::Screw;
+    const double pitch = axis.dot(v) / omega.norm();
+    out.kind = std::abs(pitch) < mixing * s.L ? FreeTwist::Kind::Rotation : FreeTwist::Kind::Screw;
+    if (out.kind == FreeTwist::Kind::Screw) out.pitch = pitch;
     out.axis = to_mrpt(axis);
     out.through = to_mrpt(s.mean + omega.cross(v) / omega.squaredNorm());
     out.sigma = deviation * omega.norm();
@@ -287,8 +333,9 @@ std::string to_string(FreeTwist::Kind kind)
 
 namespace
 {
-/// All that the pairings say at the pose, judged.
-Observability judge(const Normal& n, const Spread& s, const CPose3D& pose, const AnalysisOptions& options)
+/// All that the pairings say at the pose, judged. \param feigned information that their errors make up
+Observability judge(const Normal& n, const Matrix6& feigned, const Spread& s, const CPose3D& pose,
+                    const AnalysisOptions& options)
 {
     Observability out;
     out.residual_rms = n.positions ? std::sqrt(n.position_squares / static_cast<double>(n.positions)) : 0.0;
@@ -309,7 +356,7 @@ Observability judge(const Normal& n, const Spread& s, const CPose3D& pose, const
 
     // Nor is a rotation determined that noise leaves too uncertain.
     const Eigen::SelfAdjointEigenSolver<Matrix6> eigen(
-        without_noise(n.H, spare_rows > 0 && rows > 6 ? n.squares * rows / spare_rows : 0.0, s));
+        without_noise(n.H, spare_rows > 0 && rows > 6 ? n.squares * rows / spare_rows : 0.0, s) - feigned);
     const auto deviation = [&](const Vector6& u)
     {
         const double information = u.dot(n.H * u);
@@ -322,34 +369,33 @@ Observability judge(const Normal& n, const Spread& s, const CPose3D& pose, const
         return !exceeds(eigen.eigenvalues()(i), u) || (omega > 1e-3 / s.L && std::isfinite(out.sigma) &&
                                                        deviation(u) * omega > options.largest_deviation);
     };
-    Eigen::Matrix<double, 6, Eigen::Dynamic> free(6, 0), determined(6, 0);
-    for (int i = 0; i < 6; i++)
-    {
-        auto& columns = is_free(i) ? free : determined;
-        columns.conservativeResize(Eigen::NoChange, columns.cols() + 1);
-        columns.rightCols<1>() = eigen.eigenvectors().col(i);
-    }
+    Motions motions;
+    for (int i = 0; i < 6; i++) motions.add(eigen.eigenvectors().col(i), is_free(i));
+    const Matrix6 prior = prior_information(pose, s, options);
+    if (options.prior) motions = with_prior(motions, prior, options.prior_deviation);
+    const auto& determined = motions.determined;
     out.rank = static_cast<int>(determined.cols());
+    const Matrix6 H = n.H + sigma_sq * prior;
     Matrix6 twist_covariance = Matrix6::Zero();
     if (out.rank > 0)
         twist_covariance =
             sigma_sq * determined *
-            (determined.transpose() * n.H * determined).ldlt().solve(Eigen::MatrixXd(determined.transpose()));
-    const auto basis = readable_motions(free);
+            (determined.transpose() * H * determined).ldlt().solve(Eigen::MatrixXd(determined.transpose()));
+    const auto basis = readable_motions(motions.free, mixing(options));
     for (const auto& u : basis)
     {
         const double certain = u.dot(eigen.eigenvectors() * eigen.eigenvalues().asDiagonal() *
                                      eigen.eigenvectors().transpose() * u);
-        out.free.push_back(
-            as_twist(u, exceeds(certain, u) ? deviation(u) : INF, ratio_of(u.dot(n.H * u)), s));
+        out.free.push_back(as_twist(u, exceeds(certain, u) ? deviation(u) : INF, ratio_of(u.dot(n.H * u)),
+                                    mixing(options), s));
     }
     for (int i = 0; i < 6; i++)
     {
         const Vector6 u = all.eigenvectors().col(i);
         const double certain = exceeds(all.eigenvalues()(i), u) ? deviation(u) : INF;
-        out.motions.push_back(as_twist(u, certain, ratio_of(all.eigenvalues()(i)), s));
+        out.motions.push_back(as_twist(u, certain, ratio_of(all.eigenvalues()(i)), mixing({}), s));
     }
-    set_matrices(pose, s, n.H, twist_covariance, basis, out);
+    set_matrices(pose, s, H, twist_covariance, basis, out);
     return out;
 }
 
@@ -369,7 +415,14 @@ Observability analyse(const PreparedPairings& in, const CPose3D& pose, const Ana
 {
     const Spread s = spread_of(in, pose, options);
     PreparedPairings summed = in;
-    return judge(normal_matrix(in, pose, s, pairing_sums(summed).L()), s, pose, options);
+    Matrix6 feigned = Matrix6::Zero();
+    if (options.feigned)
+    {
+        PreparedPairings errors(*options.feigned, {});
+        errors.drop_unusable();
+        feigned = options.feigned_factor * normal_matrix(errors, pose, s, 1).H;
+    }
+    return judge(normal_matrix(in, pose, s, pairing_sums(summed).L()), feigned, s, pose, options);
 }
 
 Observability analyse(const PoseQuadratic& q, const CPose3D& pose, const AnalysisOptions& options)
@@ -378,7 +431,7 @@ Observability analyse(const PoseQuadratic& q, const CPose3D& pose, const Analysi
     Normal n;
     n.H = q.information(at.R), n.squares = q.cost(at), n.rows = q.rows;
     if (q.position_weight > 0) n.positions = 1, n.position_squares = n.squares / q.position_weight;
-    return judge(n, spread_of(q, at, options), pose, options);
+    return judge(n, Matrix6::Zero(), spread_of(q, at, options), pose, options);
 }
 
 Observability observability(const Pairings& pairings, const mrpt::poses::CPose3D& pose,
@@ -389,6 +442,8 @@ Observability observability(const Pairings& pairings, const mrpt::poses::CPose3D
     AnalysisOptions options;
     options.sigma = parameters.sigma, options.coordinate_rounding = parameters.coordinate_rounding;
     options.largest_deviation = parameters.largest_deviation;
+    options.feigned = parameters.feigned, options.feigned_factor = parameters.feigned_factor;
+    options.prior = parameters.prior, options.prior_deviation = parameters.prior_deviation;
     return analyse(in, pose, options);
 }
 
@@ -399,6 +454,7 @@ Observability observability(const PoseQuadratic& sums, const mrpt::poses::CPose3
     options.sigma = parameters.sigma;
     options.coordinate_rounding = parameters.coordinate_rounding;
     options.largest_deviation = parameters.largest_deviation;
+    options.prior = parameters.prior, options.prior_deviation = parameters.prior_deviation;
     return analyse(sums, pose, options);
 }
 

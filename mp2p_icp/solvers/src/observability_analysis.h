@@ -16,6 +16,10 @@ struct AnalysisOptions
     double epsilon = 0x1p-23;  ///< of the coordinates' type
     /// Motions that rotate are free if their predicted deviation is above this, rad.
     double largest_deviation = std::numeric_limits<double>::infinity();
+    const Pairings* feigned = nullptr;  ///< these and the following as in ObservabilityParameters
+    double feigned_factor = 4;
+    std::optional<mrpt::poses::CPose3DPDFGaussianInf> prior;
+    double prior_deviation = std::numeric_limits<double>::infinity();
 };
 
 /// observability() of pairings as solvers use them.

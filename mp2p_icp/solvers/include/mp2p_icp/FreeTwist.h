@@ -19,7 +19,8 @@ struct FreeTwist
     Kind kind = Kind::Translation;
     mrpt::math::TVector3D axis;  ///< unit vector, global frame
     mrpt::math::TPoint3D
-        through;  ///< a point of the rotation or screw axis, global frame, m; zero for a translation
+        through;       ///< a point of the rotation or screw axis, global frame, m; zero for a translation
+    double pitch = 0;  ///< of a screw: advance along the axis per turn, m/rad
     double sigma =
         0;  ///< predicted standard deviation along it: m for a translation, rad otherwise; may be infinite
     /// Its information relative to that of the best determined motion, 1 rad counting as the rms radius of

@@ -6,7 +6,9 @@
 #include <mp2p_icp/WeightParameters.h>
 #include <mrpt/math/CMatrixFixed.h>
 #include <mrpt/poses/CPose3D.h>
+#include <mrpt/poses/CPose3DPDFGaussianInf.h>
 
+#include <limits>
 #include <optional>
 #include <vector>
 
@@ -52,6 +54,21 @@ struct ObservabilityParameters
     PairWeights pair_weights;
     /// Motions that rotate are free if their predicted deviation is above this, rad.
     double largest_deviation = 0.5;
+
+    /** What the pairings' own errors look like: pairings of points with planes along whose normals the
+     * primitives of the pairings above are uncertain, weighted by the variances of that (rad^2, times the
+     * weight of the pairing). Normals of a corridor's walls that are fitted to noisy points have components
+     * along the corridor, whose squares add up; a motion is free unless its information is more than
+     * `feigned_factor` times what they add up to. Null: none. Not for sums.
+     */
+    const Pairings* feigned = nullptr;
+    double feigned_factor = 4;  ///< 1 is the mean; above it lies what few independent normals may give
+
+    /** What else is known of the pose. It is added to the information, and a motion is not free if the prior
+     * alone knows it to within `prior_deviation` (m; a rotation counts as the rms motion of the positions).
+     */
+    std::optional<mrpt::poses::CPose3DPDFGaussianInf> prior;
+    double prior_deviation = std::numeric_limits<double>::infinity();
 };
 
 /** First-order analysis of all five kinds of pairings at `pose`: the information matrix J' W J / sigma^2 of
@@ -61,7 +78,7 @@ struct ObservabilityParameters
  *
  * A motion is free when, in units where a rotation of 1 rad counts as the rms distance of the positions from
  * their mean, its information is below 1e-10 of the largest (or below what the rounding of coordinates
- * produces), or when its predicted deviation exceeds largest_deviation.
+ * or the errors of the primitives produce), or when its predicted deviation exceeds largest_deviation.
  *
  * Pairings with non-finite numbers are left out. \exception std::invalid_argument for negative weights. O(N);
  * the same bits on any number of threads.
