@@ -245,7 +245,7 @@ TEST(ICP, no_active_matcher_is_failed_and_says_so)
 
 // ---- Under-constrained ------------------------------------------------------------------------------------
 
-TEST(ICP, collinear_points_leave_the_roll_free_and_keep_the_guess_along_it)
+TEST(ICP, collinear_points_leave_the_roll_and_the_way_along_the_line_free_and_keep_the_guess_there)
 {
     auto line = mrpt::maps::CSimplePointsMap::Create();
     for (int i = 0; i < 40; i++) line->insertPoint(0.1f * static_cast<float>(i * i) / 40, 0, 0);
@@ -253,14 +253,18 @@ TEST(ICP, collinear_points_leave_the_roll_free_and_keep_the_guess_along_it)
     const CPose3D guess = pose_deg(0.003, 0.02, -0.01, 0.2, 0.1, 37);
     const Results r = Bench(0.5).align(map, map, guess);
     EXPECT_EQ(r.verdict, Verdict::under_constrained);
-    ASSERT_EQ(r.unobservable.size(), 1u);
-    EXPECT_EQ(r.unobservable[0].name, "roll");
-    EXPECT_EQ(r.unobservable[0].kind, FreeTwist::Kind::Rotation);
+    ASSERT_EQ(r.unobservable.size(), 2u);
+    EXPECT_EQ(r.unobservable[0].name, "x");
+    EXPECT_EQ(r.unobservable[0].kind, FreeTwist::Kind::Translation);
+    EXPECT_EQ(r.unobservable[1].name, "roll");
+    EXPECT_EQ(r.unobservable[1].kind, FreeTwist::Kind::Rotation);
+    EXPECT_NEAR(r.optimal_tf.mean.x(), guess.x(), 1e-9);
     EXPECT_NEAR(r.optimal_tf.mean.roll(), mrpt::DEG2RAD(37.0),
                 1e-4);  // the guess's own yaw and pitch are 0.2 deg off
     EXPECT_LT(std::hypot(r.optimal_tf.mean.y(), r.optimal_tf.mean.z()), 1e-6);
     EXPECT_TRUE(std::isinf(r.optimal_tf.cov(5, 5)));
-    EXPECT_TRUE(std::isfinite(r.optimal_tf.cov(0, 0)));
+    EXPECT_TRUE(std::isinf(r.optimal_tf.cov(0, 0)));
+    EXPECT_TRUE(std::isfinite(r.optimal_tf.cov(1, 1)));
 }
 
 TEST(ICP, one_point_is_under_constrained_never_aligned)

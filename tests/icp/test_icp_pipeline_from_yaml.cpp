@@ -249,7 +249,7 @@ TEST(pipeline_from_yaml, a_formula_with_an_unknown_variable_says_so_when_it_runs
         pipeline_from_yaml(yaml_from_text(with(KEYS_OF_0_2_2, "threshold: 0.25", "threshold: 2*MY_SIGMA")));
     const metric_map_t map = []
     {
-        auto m = map_of(wavy_surface(100, 1));
+        auto m = map_of(wavy_surface(1000, 1));
         m.layers["decimated"] = m.layers["raw"];
         return m;
     }();

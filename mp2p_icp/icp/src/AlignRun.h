@@ -46,6 +46,14 @@ class AlignRun
     void judge(Results& out);
     /// Returns the guess instead of what was found.
     void reject(Results& out, Verdict verdict, const std::string& reason) const;
+    /// Whether surfaces and prior determine the pose that was found; what they do not is put back to the
+    /// guess.
+    void observe(Results& out);
+    /** Goes on from the guess along free motions, keeping to it, until the rest no longer moves: what was put
+     * back need not be free to the last digit. \return the last step (m, rad) if it does not come to rest
+     */
+    std::optional<std::pair<double, double>> settle(const std::vector<FreeTwist>& free);
+    bool is_large(const std::pair<double, double>& step) const;
     void describe_returned_pose(Results& out);
 
     const ICP& icp_;
@@ -54,6 +62,7 @@ class AlignRun
     const Parameters& parameters_;
     const MapOffsets offsets_;
     const mrpt::poses::CPose3D original_guess_, guess_;
+    std::optional<mrpt::poses::CPose3DPDFGaussianInf> original_prior_;
     LogRecord* log_;
     MatchState state_;
     SolverContext solver_context_;

@@ -15,21 +15,21 @@ void Results::print(std::ostream& out) const
         << "pose of local wrt global: x=" << p.x() << " y=" << p.y() << " z=" << p.z()
         << " m, yaw=" << mrpt::RAD2DEG(p.yaw()) << " pitch=" << mrpt::RAD2DEG(p.pitch())
         << " roll=" << mrpt::RAD2DEG(p.roll()) << " deg\n"
-        << "quality: " << 100 * quality << " %, iterations: " << nIterations
-        << ", ended by: " << to_string(terminationReason) << "\n"
+        << "quality: " << 100 * quality << " %, overlap: " << 100 * overlap
+        << " %, iterations: " << nIterations << ", ended by: " << to_string(terminationReason) << "\n"
         << "final pairings: " << finalPairings.contents_summary() << ", residual rms " << residual_rms
         << " m\n";
 }
 
 namespace
 {
-constexpr uint8_t RESULTS_VERSION = 1;  // 1: information_ratio of twists
+constexpr uint8_t RESULTS_VERSION = 2;  // 1: information_ratio of twists; 2: their pitch, overlap
 
 void put(mrpt::serialization::CArchive& out, const FreeTwist& t)
 {
     out.WriteAs<uint8_t>(static_cast<uint8_t>(t.kind));
     out << t.axis.x << t.axis.y << t.axis.z << t.through.x << t.through.y << t.through.z << t.sigma << t.name
-        << t.information_ratio;
+        << t.information_ratio << t.pitch;
 }
 FreeTwist get_twist(mrpt::serialization::CArchive& in, uint8_t version)
 {
@@ -37,6 +37,7 @@ FreeTwist get_twist(mrpt::serialization::CArchive& in, uint8_t version)
     t.kind = static_cast<FreeTwist::Kind>(in.ReadAs<uint8_t>());
     in >> t.axis.x >> t.axis.y >> t.axis.z >> t.through.x >> t.through.y >> t.through.z >> t.sigma >> t.name;
     if (version >= 1) in >> t.information_ratio;
+    if (version >= 2) in >> t.pitch;
     return t;
 }
 }  // namespace
@@ -52,7 +53,8 @@ void Results::serializeTo(mrpt::serialization::CArchive& out) const
     for (const auto& t : unobservable) put(out, t);
     out.WriteAs<uint64_t>(nIterations);
     out.WriteAs<uint8_t>(static_cast<uint8_t>(terminationReason));
-    out << quality << residual_rms << cost_at_guess << cost_at_end << local_points_used << finalPairings;
+    out << quality << residual_rms << cost_at_guess << cost_at_end << local_points_used << finalPairings
+        << overlap;
 }
 
 void Results::serializeFrom(mrpt::serialization::CArchive& in)
@@ -72,6 +74,7 @@ void Results::serializeFrom(mrpt::serialization::CArchive& in)
     nIterations = in.ReadAs<uint64_t>();
     terminationReason = static_cast<IterTermReason>(in.ReadAs<uint8_t>());
     in >> quality >> residual_rms >> cost_at_guess >> cost_at_end >> local_points_used >> finalPairings;
+    if (version >= 2) in >> overlap;
 }
 
 }  // namespace mp2p_icp

@@ -1,0 +1,46 @@
+#pragma once
+
+#include <mp2p_icp/Pairings.h>
+#include <mp2p_icp/metricmap.h>
+#include <mrpt/poses/CPose3D.h>
+
+#include <set>
+
+#include "surface_agreement.h"
+
+namespace mp2p_icp
+{
+/// What pairings say of a pose when points stand for the surfaces on which they lie.
+struct SurfacePairings
+{
+    Pairings pairings;
+    Pairings feigned;  ///< the errors of their normals and directions, see ObservabilityParameters::feigned
+    SurfaceAgreement agreement;
+};
+
+/// The clouds of both maps with which points were paired.
+struct PairedLayers
+{
+    std::set<layer_name_t> global, local;
+};
+
+/** A point that is paired with a point always fixes three coordinates, so that a corridor would be seen as
+ * well along its length as across. Here a pairing with a point (plane, line) of a cloud counts as one with
+ * the plane or line that the cloud looks like there (SurfaceScales). Along an edge, it counts as pairings
+ * with the planes a little farther away, together as much as one; where there are none either (leaves of a
+ * tree), it stays what it is. Where the cloud is too sparse, or bent, to tell, it does not count.
+ *
+ * Pairs are taken at the local point that would lie exactly over the middle of the surface: else a normal and
+ * the place at which it is used would differ, and a tunnel would seem to resist being turned about its axis.
+ *
+ * They agree with a surface (SurfacePairings::agreement) that is no farther than three times what both clouds
+ * are thick, or a quarter of the distance between neighbours, whatever is larger. Pairings of primitives of
+ * the maps are left as they are.
+ *
+ * \param pose of local with respect to global, for the pairings. All in stored coordinates.
+ */
+SurfacePairings pairings_on_surfaces(const Pairings& pairings, const metric_map_t& global,
+                                     const metric_map_t& local, const PairedLayers& layers,
+                                     const mrpt::poses::CPose3D& pose);
+
+}  // namespace mp2p_icp

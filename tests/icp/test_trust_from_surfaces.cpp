@@ -1,0 +1,256 @@
+// What the verdict says where the world leaves motions free, whatever the matcher pairs.
+#include <gtest/gtest.h>
+#include <mp2p_icp/Matcher_Point2Plane.h>
+#include <mp2p_icp/Solver_GaussNewton.h>
+#include <mp2p_icp/icp_pipeline_from_yaml.h>
+#include <mp2p_icp/synthetic/sample_by_area.h>
+#include <mp2p_icp_filters/FilterDecimateVoxels.h>
+
+#include "../../mp2p_icp/icp/src/surface_agreement.h"
+#include "../../mp2p_icp/icp/src/toward_guess.h"
+#include "degenerate_worlds.h"
+#include "quality_worlds.h"
+
+using namespace mp2p_icp;
+using namespace mp2p_icp_test;
+using namespace mp2p_icp::synthetic;
+using Eigen::Vector3d;
+
+namespace
+{
+/// Every point of the scan, global frame, with the normal of the triangle that it lies on.
+struct Sampled
+{
+    metric_map_t map;
+    std::vector<Vector3d> points, normals;
+};
+
+Sampled sample(const TriangleMesh& mesh, const RayTracer& world, const CPose3D& pose, uint64_t seed,
+               double sigma)
+{
+    auto lidar = small_lidar();
+    lidar.max_range = 40, lidar.lowest_deg = -60, lidar.highest_deg = 45;
+    lidar.seed = seed, lidar.sigma = sigma;
+    const auto scan = scan_from(world, pose, lidar);
+    Sampled out;
+    out.map = map_of(scan.points);
+    mp2p_icp_filters::FilterDecimateVoxels decimate;
+    decimate.input_pointcloud_layer = {"raw"}, decimate.output_pointcloud_layer = "decimated";
+    decimate.voxel_filter_resolution = 0.25;
+    decimate.filter(out.map);
+    out.map.layers.erase("raw");
+    for (size_t i = 0; i < scan.points->size(); i++)
+    {
+        mrpt::math::TPoint3D p;
+        scan.points->getPoint(i, p.x, p.y, p.z);
+        out.points.push_back(to_eigen(pose.composePoint(p)));
+        out.normals.push_back(mesh.triangle(scan.triangle[i]).normal());
+    }
+    return out;
+}
+
+/// How much the motion moves the surfaces, of how much it moves the points: rms over rms.
+double share_across_surfaces(const FreeTwist& twist, const Sampled& seen)
+{
+    const Vector3d axis = to_eigen(twist.axis);
+    double across = 0, all = 0;
+    for (size_t i = 0; i < seen.points.size(); i++)
+    {
+        Vector3d v = axis;
+        if (twist.kind != FreeTwist::Kind::Translation)
+            v = axis.cross(seen.points[i] - to_eigen(twist.through)) + twist.pitch * axis;
+        across += std::pow(v.dot(seen.normals[i]), 2), all += v.squaredNorm();
+    }
+    return std::sqrt(across / all);
+}
+
+ICP points_pipeline()
+{
+    ICP icp;
+    auto matcher = std::make_shared<Matcher_Points_DistanceThreshold>(0.5);
+    matcher->allowMatchAlreadyMatchedGlobalPoints_ = true;
+    icp.matchers().push_back(matcher);
+    icp.solvers().push_back(std::make_shared<Solver_Horn>());
+    return icp;
+}
+ICP planes_pipeline()
+{
+    ICP icp;
+    auto matcher = std::make_shared<Matcher_Point2Plane>();
+    matcher->distanceThreshold = 0.5, matcher->searchRadius = 1.0;
+    icp.matchers().push_back(matcher);
+    icp.solvers().push_back(std::make_shared<Solver_GaussNewton>());
+    return icp;
+}
+
+void expect_only_true_axes(const DegenerateWorld& world, const ICP& icp, double sigma, uint64_t seed)
+{
+    SCOPED_TRACE(world.name + ", seed " + std::to_string(seed) + ", noise " + std::to_string(sigma));
+    const RayTracer tracer(world.mesh);
+    const CPose3D from = pose_deg(0.2, -0.3, 1.3, 0, 2, 1), step = pose_deg(0.2, 0.1, -0.05, 3, 1, -1);
+    const Sampled global = sample(world.mesh, tracer, from, 2 * seed, sigma),
+                  local = sample(world.mesh, tracer, from + step, 2 * seed + 1, sigma);
+    const CPose3D guess = pose_deg(0.1, 0.05, 0, 1.5, 0.5, -0.5);
+    Results result;
+    Parameters parameters;
+    parameters.maxIterations = 100;
+    icp.align(local.map, global.map, guess.asTPose(), parameters, result);
+    EXPECT_EQ(result.verdict, Verdict::under_constrained) << result.verdict_reason;
+    EXPECT_EQ(result.unobservable.size(), world.free) << result.verdict_reason;
+    EXPECT_EQ(result.rank(), 6 - static_cast<int>(world.free));
+    Sampled seen = global;
+    for (auto& p : seen.points) p = to_eigen((-from).composePoint(to_mrpt(p)));
+    std::vector<std::string> named;
+    for (const auto& twist : result.unobservable)
+    {
+        EXPECT_LT(share_across_surfaces(twist, seen), 0.05) << to_string(twist.kind) << " " << twist.name;
+        if (!twist.name.empty()) named.push_back(twist.name);
+        if (twist.kind == FreeTwist::Kind::Translation)
+        {
+            EXPECT_NEAR(
+                to_eigen(twist.axis).dot(translation_of(result.optimal_tf.mean) - translation_of(guess)), 0,
+                1e-9);
+        }
+    }
+    std::sort(named.begin(), named.end());
+    if (!world.named.empty())
+    {
+        EXPECT_EQ(named, world.named);
+    }
+}
+}  // namespace
+
+TEST(TrustFromSurfaces, points_name_exactly_the_free_axes)
+{
+    for (const auto& world : degenerate_worlds())
+        for (const double sigma : {0.0, 0.02}) expect_only_true_axes(world, points_pipeline(), sigma, 1);
+}
+
+TEST(TrustFromSurfaces, planes_name_exactly_the_free_axes)
+{
+    for (const auto& world : degenerate_worlds())
+        for (const double sigma : {0.0, 0.02}) expect_only_true_axes(world, planes_pipeline(), sigma, 2);
+}
+
+TEST(TrustFromSurfaces, healthy_worlds_have_no_free_axis)
+{
+    for (uint64_t seed = 1; seed <= 5; seed++)
+        for (const auto& icp : {points_pipeline(), planes_pipeline()})
+        {
+            SCOPED_TRACE(seed);
+            const auto mesh = seed % 2 ? test_room(seed) : street(120, seed);
+            const RayTracer tracer(mesh);
+            const CPose3D from = pose_deg(0.2, -0.3, 1.3, 0, 2, 1),
+                          step = pose_deg(0.2, 0.1, -0.05, 3, 1, -1);
+            const auto global = sample(mesh, tracer, from, 2 * seed, 0.02),
+                       local = sample(mesh, tracer, from + step, 2 * seed + 1, 0.02);
+            Results result;
+            Parameters parameters;
+            parameters.maxIterations = 100;
+            icp.align(local.map, global.map, pose_deg(0.1, 0.05, 0, 1.5, 0.5, -0.5).asTPose(), parameters,
+                      result);
+            EXPECT_EQ(result.rank(), 6) << result.verdict_reason;
+        }
+}
+
+// ---- Agreement of surfaces
+// ----------------------------------------------------------------------------------
+
+TEST(TrustFromSurfaces, rooms_laid_on_each_other_are_not_aligned)
+{
+    size_t aligned = 0, without_agreement = 0;
+    for (uint64_t seed = 1; seed <= 10; seed++)
+    {
+        SeededRandom random(seed);
+        const auto room = [&](uint64_t s) {
+            return room_with_boxes(random.uniform(6, 12), random.uniform(6, 12), random.uniform(2.4, 4), 8,
+                                   s);
+        };
+        const auto one = room(seed), other = room(seed + 100);
+        const CPose3D from = pose_deg(0.2, -0.3, 1.3, 0, 2, 1);
+        const auto global = sample(one, RayTracer(one), from, 2 * seed, 0.02),
+                   local = sample(other, RayTracer(other), from, 2 * seed + 1, 0.02);
+        Results result;
+        Parameters parameters;
+        parameters.maxIterations = 100;
+        points_pipeline().align(local.map, global.map, {}, parameters, result);
+        aligned += result.trusted();
+        without_agreement += result.verdict_reason.find("agree") != std::string::npos;
+    }
+    EXPECT_LE(aligned, 1u);  // two rooms may be alike by chance
+    EXPECT_GE(without_agreement, 5u) << "they were told apart by something else";
+}
+
+TEST(TrustFromSurfaces, a_noisy_scan_of_an_exact_dense_model_is_aligned)
+{
+    const auto mesh = test_room(3);
+    const CPose3D truth = pose_deg(0.2, -0.3, 1.3, 5, 2, 1);
+    metric_map_t model = map_of(sample_by_area(mesh, 40000, 1));
+    model.layers["decimated"] = model.layers.at("raw");
+    model.layers.erase("raw");
+    const auto local = sample(mesh, RayTracer(mesh), truth, 7, 0.03);
+    Results result;
+    Parameters parameters;
+    parameters.maxIterations = 100;
+    planes_pipeline().align(local.map, model, pose_deg(0.3, -0.2, 1.25, 6, 2, 1).asTPose(), parameters,
+                            result);
+    EXPECT_EQ(result.verdict, Verdict::aligned) << result.verdict_reason;
+    EXPECT_LT(translation_error(result.optimal_tf.mean, truth), 0.01);
+}
+
+TEST(SurfaceAgreement, is_that_of_the_direction_that_agrees_least)
+{
+    SurfaceAgreement agreement;
+    for (int i = 0; i < 49; i++) agreement.add(Vector3d::UnitZ(), 0.01, 0.05);
+    EXPECT_FALSE(agreement.worst()) << "too few points";
+    for (int i = 0; i < 951; i++) agreement.add(Vector3d::UnitZ(), -0.01, 0.05);
+    EXPECT_EQ(agreement.worst()->share, 1);
+    for (int i = 0; i < 100; i++)
+        agreement.add(Vector3d::UnitX(), i < 30 ? 0.05 : i % 2 ? 0.06 : -0.06, 0.05);
+    ASSERT_TRUE(agreement.worst());
+    EXPECT_NEAR(agreement.worst()->share, 0.3, 1e-12);
+    EXPECT_NEAR(std::abs(agreement.worst()->axis.x()), 1, 1e-12);
+    for (int i = 0; i < 40; i++) agreement.add(Vector3d::UnitY(), 1, 0.05);  // 3.5 % of all
+    EXPECT_NEAR(agreement.worst()->share, 0.3, 1e-12);
+}
+
+// ---- toward_guess()
+// -----------------------------------------------------------------------------------------
+
+TEST(TowardGuess, takes_back_what_is_free_and_leaves_the_rest)
+{
+    const CPose3D guess = pose_deg(1, 2, 3, 10, 20, 30), pose = pose_deg(1.5, 1.8, 3.3, 15, 18, 33);
+    FreeTwist slide;
+    slide.axis = {0, 0.6, 0.8};
+    const CPose3D slid = toward_guess(pose, guess, {slide});
+    const Vector3d moved = translation_of(slid) - translation_of(pose);
+    EXPECT_LT(moved.cross(to_eigen(slide.axis)).norm(), 1e-15);
+    EXPECT_NEAR(to_eigen(slide.axis).dot(translation_of(slid) - translation_of(guess)), 0, 1e-15);
+    EXPECT_EQ(rotation_error(slid, pose), 0);
+
+    // A sphere: the centre stays, all of the rotation is the guess's.
+    std::vector<FreeTwist> about_centre(3);
+    for (int i = 0; i < 3; i++)
+    {
+        about_centre[size_t(i)].kind = FreeTwist::Kind::Rotation;
+        about_centre[size_t(i)].axis = to_mrpt(Vector3d::Unit(i)),
+        about_centre[size_t(i)].through = {4, -2, 1};
+    }
+    const CPose3D turned = toward_guess(pose, guess, about_centre);
+    EXPECT_LT(rotation_error(turned, guess), 1e-14);
+    const auto centre_in_local = (-pose).composePoint({4, -2, 1});
+    EXPECT_LT((to_eigen(turned.composePoint(centre_in_local)) - Vector3d(4, -2, 1)).norm(), 1e-14);
+}
+
+TEST(TowardGuess, a_screw_advances_as_it_turns)
+{
+    FreeTwist screw;
+    screw.kind = FreeTwist::Kind::Screw;
+    screw.axis = {0, 0, 1}, screw.through = {1, 0, 0}, screw.pitch = 0.5;
+    const CPose3D back = toward_guess(pose_deg(1, 1, 0, 30, 0, 0), CPose3D(), {screw});
+    // Turned by -30 degrees about (1, 0): the origin, which is 1 m beside the axis, and 0.5 m/rad down.
+    EXPECT_NEAR(back.yaw(), 0, 1e-15);
+    EXPECT_NEAR(back.x(), 1 + std::sin(M_PI / 6), 1e-14);
+    EXPECT_NEAR(back.y(), std::cos(M_PI / 6), 1e-14);
+    EXPECT_NEAR(back.z(), -0.5 * M_PI / 6, 1e-14);
+}
