@@ -1,9 +1,9 @@
 #include "AlignRun.h"
 
 #include <mp2p_icp/numbers.h>
+#include <mp2p_icp/pose_step.h>
 #include <mp2p_icp/se3.h>
 #include <mrpt/core/bits_math.h>
-#include <mrpt/poses/Lie/SE.h>
 
 #include <algorithm>
 #include <iostream>
@@ -24,14 +24,6 @@ mrpt::math::TPoint3D centre_of(const metric_map_t& map)
 {
     const auto box = map.bounding_box();
     return box ? (box->min + box->max) * 0.5 : mrpt::math::TPoint3D(0, 0, 0);
-}
-
-/// Translation (m) and rotation (rad) of the increment from one pose to another, as norms of its logarithm in
-/// SE(3).
-std::pair<double, double> step_between(const CPose3D& from, const CPose3D& to)
-{
-    const auto log = mrpt::poses::Lie::SE<3>::log(to - from);
-    return {std::hypot(log[0], log[1], log[2]), std::hypot(log[3], log[4], log[5])};
 }
 }  // namespace
 

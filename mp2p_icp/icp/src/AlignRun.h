@@ -1,10 +1,9 @@
 #pragma once
 
 #include <mp2p_icp/ICP.h>
+#include <mp2p_icp/map_offsets.h>
 
 #include <optional>
-
-#include "map_offsets.h"
 
 namespace mp2p_icp
 {

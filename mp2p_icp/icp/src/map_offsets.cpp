@@ -1,5 +1,4 @@
-#include "map_offsets.h"
-
+#include <mp2p_icp/map_offsets.h>
 #include <mp2p_icp/se3.h>
 
 namespace mp2p_icp
@@ -46,17 +45,26 @@ mrpt::poses::CPose3DPDFGaussianInf MapOffsets::to_stored(
     return stored;
 }
 
-Pairings MapOffsets::to_original(Pairings p) const
+Pairings MapOffsets::to_original(Pairings stored) const
 {
-    if (none()) return p;
-    for (auto& x : p.paired_pt2pt) x.local += local_, x.global += global_;
-    for (auto& x : p.paired_pt2ln) x.pt_local += local_, x.ln_global = compose(CPose3D(global_), x.ln_global);
-    for (auto& x : p.paired_pt2pl) x.pt_local += local_, x.pl_global = compose(CPose3D(global_), x.pl_global);
+    return none() ? stored : shifted(std::move(stored), local_, global_);
+}
+
+Pairings MapOffsets::to_stored(Pairings original) const
+{
+    return none() ? original : shifted(std::move(original), -local_, -global_);
+}
+
+Pairings shifted(Pairings p, const mrpt::math::TVector3D& local, const mrpt::math::TVector3D& global)
+{
+    const CPose3D by_local(local), by_global(global);
+    for (auto& x : p.paired_pt2pt) x.local += local, x.global += global;
+    for (auto& x : p.paired_pt2ln) x.pt_local += local, x.ln_global = compose(by_global, x.ln_global);
+    for (auto& x : p.paired_pt2pl) x.pt_local += local, x.pl_global = compose(by_global, x.pl_global);
     for (auto& x : p.paired_ln2ln)
-        x.ln_local = compose(CPose3D(local_), x.ln_local),
-        x.ln_global = compose(CPose3D(global_), x.ln_global);
+        x.ln_local = compose(by_local, x.ln_local), x.ln_global = compose(by_global, x.ln_global);
     for (auto& x : p.paired_pl2pl)
-        x.p_local = compose(CPose3D(local_), x.p_local), x.p_global = compose(CPose3D(global_), x.p_global);
+        x.p_local = compose(by_local, x.p_local), x.p_global = compose(by_global, x.p_global);
     return p;
 }
 

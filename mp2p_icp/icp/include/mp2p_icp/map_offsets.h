@@ -28,9 +28,13 @@ class MapOffsets
     mrpt::poses::CPose3D to_original(const mrpt::poses::CPose3D& stored) const;
     mrpt::poses::CPose3DPDFGaussianInf to_stored(const mrpt::poses::CPose3DPDFGaussianInf& original) const;
     Pairings to_original(Pairings stored) const;
+    Pairings to_stored(Pairings original) const;
 
  private:
     mrpt::math::TPoint3D local_, global_;
 };
+
+/// The pairings with each side moved by so much; weights stay.
+Pairings shifted(Pairings pairings, const mrpt::math::TVector3D& local, const mrpt::math::TVector3D& global);
 
 }  // namespace mp2p_icp
