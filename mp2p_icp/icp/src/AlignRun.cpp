@@ -339,11 +339,11 @@ std::string names_of(const std::vector<FreeTwist>& motions)
 }
 }  // namespace
 
-std::optional<std::pair<double, double>> AlignRun::settle(const std::vector<FreeTwist>& free)
+std::optional<PoseStep> AlignRun::settle(const std::vector<FreeTwist>& free)
 {
     constexpr int ROUNDS = 20;
     pose_ = toward_guess(pose_, guess_, free);
-    std::pair<double, double> step;
+    PoseStep step;
     for (int round = 0; round < ROUNDS; round++)
     {
         const CPose3D before = pose_;
@@ -354,15 +354,15 @@ std::optional<std::pair<double, double>> AlignRun::settle(const std::vector<Free
         if (at_end_.empty() || !run_solvers(icp_.solvers_, at_end_, solution, solver_context_)) return {};
         pose_ = toward_guess(solution.optimalPose, guess_, free);
         step = step_between(before, pose_);
-        if (step.first < parameters_.minAbsStep_trans && step.second < parameters_.minAbsStep_rot) break;
+        if (step.metres < parameters_.minAbsStep_trans && step.radians < parameters_.minAbsStep_rot) break;
     }
     at_end_ = run_matchers(icp_.matchers_, global_, local_, pose_, match_context(last_iteration_), state_);
     return is_large(step) ? std::optional(step) : std::nullopt;
 }
 
-bool AlignRun::is_large(const std::pair<double, double>& step) const
+bool AlignRun::is_large(const PoseStep& step) const
 {
-    return step.first > 10 * parameters_.minAbsStep_trans || step.second > 10 * parameters_.minAbsStep_rot;
+    return step.metres > 10 * parameters_.minAbsStep_trans || step.radians > 10 * parameters_.minAbsStep_rot;
 }
 
 void AlignRun::observe(Results& out)
@@ -379,15 +379,15 @@ void AlignRun::observe(Results& out)
     parameters.prior = solver_context_.prior;
     parameters.prior_deviation = gate(last_iteration_).value_or(largest_pair_distance(at_end_));
     Observability seen = observability(on.pairings, pose_, parameters);
-    std::optional<std::pair<double, double>> still_moving;
+    std::optional<PoseStep> still_moving;
     if (!seen.free.empty())
         still_moving = settle(seen.free);
     else if (reason_ == IterTermReason::MaxIterations && before_ && is_large(step_between(*before_, pose_)))
         still_moving = step_between(*before_, pose_);
     if (still_moving)
         return reject(out, Verdict::failed,
-                      "still moving by " + to_text(still_moving->first) + " m and " +
-                          to_text(mrpt::RAD2DEG(still_moving->second)) +
+                      "still moving by " + to_text(still_moving->metres) + " m and " +
+                          to_text(mrpt::RAD2DEG(still_moving->radians)) +
                           " deg per iteration after maxIterations; "
                           "allow more");
     out.unobservable = seen.free;

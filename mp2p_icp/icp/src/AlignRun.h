@@ -2,6 +2,7 @@
 
 #include <mp2p_icp/ICP.h>
 #include <mp2p_icp/map_offsets.h>
+#include <mp2p_icp/pose_step.h>
 
 #include <optional>
 
@@ -51,8 +52,8 @@ class AlignRun
     /** Goes on from the guess along free motions, keeping to it, until the rest no longer moves: what was put
      * back need not be free to the last digit. \return the last step (m, rad) if it does not come to rest
      */
-    std::optional<std::pair<double, double>> settle(const std::vector<FreeTwist>& free);
-    bool is_large(const std::pair<double, double>& step) const;
+    std::optional<PoseStep> settle(const std::vector<FreeTwist>& free);
+    bool is_large(const PoseStep& step) const;
     void describe_returned_pose(Results& out);
 
     const ICP& icp_;

@@ -10,7 +10,7 @@ namespace mp2p_icp
 {
 namespace
 {
-constexpr int SIZES = 4;
+constexpr size_t SIZES = 4;
 constexpr uint32_t LEAST_POINTS = 6;
 /// Of variances: a surface is at least three times as wide as it is thick, or bent. What that makes uncertain
 /// of its normal is in `tilt`.
@@ -75,27 +75,36 @@ double typical_spacing(const PointView& points, const NearestNeighborIndex& inde
 }  // namespace
 
 SurfaceScales::SurfaceScales(const metric_map_t& map, const layer_name_t& layer)
-    : points_(map.point_layer(layer)), index_(map.nn_index(layer)), flat_(is_flat(*index_))
+    : points_(map.point_layer(layer)),
+      index_(map.nn_index(layer)),
+      map_(map),
+      layer_(layer),
+      flat_(is_flat(*index_))
 {
     smallest_voxel_ = VOXEL_OVER_SPACING * typical_spacing(PointView(*points_), *index_);
-    if (!(smallest_voxel_ > 0)) return;
-    for (int size = 0; size < SIZES; size++)
-        sizes_.push_back(
-            map.local_surfaces(layer, LocalSurfaceOptions::of_voxels(std::ldexp(smallest_voxel_, size))));
+}
+
+const LocalSurfaces& SurfaceScales::surfaces_of_size(size_t size) const
+{
+    while (sizes_.size() <= size)
+        sizes_.push_back(map_.local_surfaces(layer_, LocalSurfaceOptions::of_voxels(std::ldexp(
+                                                         smallest_voxel_, static_cast<int>(sizes_.size())))));
+    return *sizes_[size];
 }
 
 SurfaceAround SurfaceScales::at(uint32_t point) const
 {
     SurfaceAround first;                // at the smallest size at which there is something
     std::optional<SurfaceAround> thin;  // a plane that was seen too sparsely to be sure
-    for (const auto& size : sizes_)
+    for (size_t k = 0; k < SIZES && smallest_voxel_ > 0; k++)
     {
-        const SurfaceAround seen = judged(*size, point);
+        const LocalSurfaces& size = surfaces_of_size(k);
+        const SurfaceAround seen = judged(size, point);
         if (seen.shape == SurfaceShape::Planar)
         {
             const bool confirmed = thin && std::abs(thin->axes.col(0).dot(seen.axes.col(0))) > SAME_NORMAL;
             if (confirmed) return *thin;
-            if (size->of_point[point].voxels >= FILLED_VOXELS) return seen;
+            if (size.of_point[point].voxels >= FILLED_VOXELS) return seen;
         }
         thin = seen.shape == SurfaceShape::Planar ? std::optional(seen) : std::nullopt;
         if (first.shape == SurfaceShape::Unknown) first = seen;

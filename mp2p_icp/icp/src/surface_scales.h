@@ -47,15 +47,18 @@ class SurfaceScales
     const mrpt::maps::CPointsMap& points() const { return *points_; }
     /// The median distance of a point to its nearest neighbour, m; 0 without any.
     double spacing() const;
-    /// The median thickness of its surfaces, m, over some of the points; 0 without any.
+    /// The median thickness of its surfaces at the smallest size, m, over some of the points; 0 without any.
     double typical_thickness() const;
 
  private:
+    const LocalSurfaces& surfaces_of_size(size_t size) const;
     SurfaceAround judged(const LocalSurfaces& size, uint32_t point) const;
 
     mrpt::maps::CPointsMap::ConstPtr points_;
     NearestNeighborIndex::ConstPtr index_;
-    std::vector<LocalSurfaces::ConstPtr> sizes_;
+    const metric_map_t& map_;
+    layer_name_t layer_;
+    mutable std::vector<LocalSurfaces::ConstPtr> sizes_;  ///< as far as they were needed
     double smallest_voxel_ = 0;
     bool flat_ = false;
 };
