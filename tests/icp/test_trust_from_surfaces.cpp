@@ -200,18 +200,24 @@ TEST(TrustFromSurfaces, a_noisy_scan_of_an_exact_dense_model_is_aligned)
 
 TEST(SurfaceAgreement, is_that_of_the_direction_that_agrees_least)
 {
-    SurfaceAgreement agreement;
-    for (int i = 0; i < 49; i++) agreement.add(Vector3d::UnitZ(), 0.01, 0.05);
-    EXPECT_FALSE(agreement.worst()) << "too few points";
-    for (int i = 0; i < 951; i++) agreement.add(Vector3d::UnitZ(), -0.01, 0.05);
-    EXPECT_EQ(agreement.worst()->share, 1);
-    for (int i = 0; i < 100; i++)
-        agreement.add(Vector3d::UnitX(), i < 30 ? 0.05 : i % 2 ? 0.06 : -0.06, 0.05);
-    ASSERT_TRUE(agreement.worst());
-    EXPECT_NEAR(agreement.worst()->share, 0.3, 1e-12);
-    EXPECT_NEAR(std::abs(agreement.worst()->axis.x()), 1, 1e-12);
-    for (int i = 0; i < 40; i++) agreement.add(Vector3d::UnitY(), 1, 0.05);  // 3.5 % of all
-    EXPECT_NEAR(agreement.worst()->share, 0.3, 1e-12);
+    std::vector<SurfaceDistance> seen;
+    const auto add = [&](int count, const Vector3d& normal, double distance) {
+        seen.insert(seen.end(), static_cast<size_t>(count), {normal, distance, 0.01});
+    };
+    const auto least = [&]() { return least_agreement(seen, 0, 0.2); };  // tolerance: a quarter of 0.2
+    add(49, Vector3d::UnitZ(), 0.01);
+    EXPECT_FALSE(least()) << "too few points";
+    add(951, Vector3d::UnitZ(), -0.01);
+    EXPECT_EQ(least()->share, 1);
+    add(30, Vector3d::UnitX(), 0.05), add(35, Vector3d::UnitX(), 0.06), add(35, Vector3d::UnitX(), -0.06);
+    ASSERT_TRUE(least());
+    EXPECT_NEAR(least()->share, 0.3, 1e-12);
+    EXPECT_NEAR(std::abs(least()->axis.x()), 1, 1e-12);
+    add(40, Vector3d::UnitY(), 1);  // 3.5 % of all
+    EXPECT_NEAR(least()->share, 0.3, 1e-12);
+    EXPECT_NEAR(least_agreement(seen, 0.03, 0.2)->share, 1, 1e-12)
+        << "3 times the root of 0.01^2 + 0.03^2 is 0.095";
+    EXPECT_NEAR(least_agreement(seen, 0, 0.01)->share, 0, 1e-12) << "0.05 is beyond 3 times 0.01";
 }
 
 // ---- toward_guess()

@@ -365,14 +365,24 @@ bool AlignRun::is_large(const PoseStep& step) const
     return step.metres > 10 * parameters_.minAbsStep_trans || step.radians > 10 * parameters_.minAbsStep_rot;
 }
 
+std::optional<SurfaceAgreement> AlignRun::disagreement(const SurfacePairings& on) const
+{
+    const auto is_enough = [](const std::optional<SurfaceAgreement>& least)
+    { return !least || least->share >= LEAST_AGREEMENT; };
+    // How coarse the local cloud is takes time to find out, and seldom matters.
+    if (is_enough(least_agreement(on.distances, 0, on.spacing))) return {};
+    const CloudGrain local = grain_of(local_, state_.searched_local_layers);
+    const auto least = least_agreement(on.distances, local.thickness, std::max(on.spacing, local.spacing));
+    return is_enough(least) ? std::nullopt : least;
+}
+
 void AlignRun::observe(Results& out)
 {
-    SurfacePairings on = pairings_on_surfaces(
-        at_end_, global_, local_, {state_.searched_global_layers, state_.searched_local_layers}, pose_);
-    if (const auto worst = on.agreement.worst(); worst && worst->share < LEAST_AGREEMENT)
+    SurfacePairings on = pairings_on_surfaces(at_end_, global_, state_.searched_global_layers, pose_);
+    if (const auto least = disagreement(on))
         return reject(out, Verdict::failed,
-                      "of the surfaces that face " + axis_text(to_mrpt(worst->axis)) + ", only " +
-                          to_text(std::round(100 * worst->share)) +
+                      "of the surfaces that face " + axis_text(to_mrpt(least->axis)) + ", only " +
+                          to_text(std::round(100 * least->share)) +
                           " % agree: a wrong pose, or another place");
     ObservabilityParameters parameters;
     parameters.feigned = &on.feigned;

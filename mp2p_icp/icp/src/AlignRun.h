@@ -6,6 +6,8 @@
 
 #include <optional>
 
+#include "pairings_on_surfaces.h"
+
 namespace mp2p_icp
 {
 /** One call of ICP::align(): everything that a run remembers. Poses are in stored coordinates inside. */
@@ -53,6 +55,8 @@ class AlignRun
      * back need not be free to the last digit. \return the last step (m, rad) if it does not come to rest
      */
     std::optional<PoseStep> settle(const std::vector<FreeTwist>& free);
+    /// The direction whose surfaces do not agree, if there is one.
+    std::optional<SurfaceAgreement> disagreement(const SurfacePairings& on) const;
     bool is_large(const PoseStep& step) const;
     void describe_returned_pose(Results& out);
 

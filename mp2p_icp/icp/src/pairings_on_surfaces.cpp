@@ -54,18 +54,15 @@ struct Place
 class SurfaceRows
 {
  public:
-    SurfaceRows(const Pairings& in, const metric_map_t& global, const metric_map_t& local,
-                const PairedLayers& layers, const mrpt::poses::CPose3D& pose)
+    SurfaceRows(const Pairings& in, const metric_map_t& global, const std::set<layer_name_t>& layers,
+                const mrpt::poses::CPose3D& pose)
         : in_(in), R_(rotation_of(pose)), t_(translation_of(pose))
     {
-        for (const auto& layer : layers.global) clouds_.emplace_back(global, layer);
-        for (const auto& layer : layers.local)
+        for (const auto& layer : layers)
         {
-            const SurfaceScales cloud(local, layer);
-            local_thickness_ = std::max(local_thickness_, cloud.typical_thickness());
-            spacing_ = std::max(spacing_, cloud.spacing());
+            clouds_.emplace_back(global, layer);
+            out_.spacing = std::max(out_.spacing, clouds_.back().spacing());
         }
-        for (const auto& cloud : clouds_) spacing_ = std::max(spacing_, cloud.spacing());
     }
 
     SurfacePairings take()
@@ -95,7 +92,6 @@ class SurfaceRows
     const Matrix3d R_;
     const Vector3d t_;
     std::vector<SurfaceScales> clouds_;  ///< of the global map
-    double local_thickness_ = 0, spacing_ = 0;
     SurfacePairings out_;
 };
 
@@ -231,8 +227,7 @@ void SurfaceRows::take_surface(const SurfaceAround& s, const Vector3d& local, do
 void SurfaceRows::compare(const SurfaceAround& surface, const Vector3d& local)
 {
     const Vector3d normal = surface.axes.col(surface.shape == SurfaceShape::Planar ? 0 : 1);
-    const double tolerance = std::max(3 * std::hypot(surface.thickness, local_thickness_), spacing_ / 4);
-    out_.agreement.add(normal, normal.dot(local - surface.mean), tolerance);
+    out_.distances.push_back({normal, normal.dot(local - surface.mean), surface.thickness});
 }
 
 void SurfaceRows::add_plane(const Vector3d& normal, const Vector3d& at, const Vector3d& local, double weight,
@@ -248,10 +243,21 @@ void SurfaceRows::add_plane(const Vector3d& normal, const Vector3d& at, const Ve
 }  // namespace
 
 SurfacePairings pairings_on_surfaces(const Pairings& pairings, const metric_map_t& global,
-                                     const metric_map_t& local, const PairedLayers& layers,
-                                     const mrpt::poses::CPose3D& pose)
+                                     const std::set<layer_name_t>& layers, const mrpt::poses::CPose3D& pose)
 {
-    return SurfaceRows(pairings, global, local, layers, pose).take();
+    return SurfaceRows(pairings, global, layers, pose).take();
+}
+
+CloudGrain grain_of(const metric_map_t& map, const std::set<layer_name_t>& layers)
+{
+    CloudGrain grain;
+    for (const auto& layer : layers)
+    {
+        const SurfaceScales cloud(map, layer);
+        grain.spacing = std::max(grain.spacing, cloud.spacing());
+        grain.thickness = std::max(grain.thickness, cloud.typical_thickness());
+    }
+    return grain;
 }
 
 }  // namespace mp2p_icp

@@ -5,6 +5,7 @@
 #include <mrpt/poses/CPose3D.h>
 
 #include <set>
+#include <vector>
 
 #include "surface_agreement.h"
 
@@ -15,13 +16,8 @@ struct SurfacePairings
 {
     Pairings pairings;
     Pairings feigned;  ///< the errors of their normals and directions, see ObservabilityParameters::feigned
-    SurfaceAgreement agreement;
-};
-
-/// The clouds of both maps with which points were paired.
-struct PairedLayers
-{
-    std::set<layer_name_t> global, local;
+    std::vector<SurfaceDistance> distances;  ///< of the points that are paired with surfaces of clouds
+    double spacing = 0;  ///< typical distance of neighbours in the widest-spaced of the layers, m
 };
 
 /** A point that is paired with a point always fixes three coordinates, so that a corridor would be seen as
@@ -33,14 +29,19 @@ struct PairedLayers
  * Pairs are taken at the local point that would lie exactly over the middle of the surface: else a normal and
  * the place at which it is used would differ, and a tunnel would seem to resist being turned about its axis.
  *
- * They agree with a surface (SurfacePairings::agreement) that is no farther than three times what both clouds
- * are thick, or a quarter of the distance between neighbours, whatever is larger. Pairings of primitives of
- * the maps are left as they are.
+ * Pairings of primitives of the maps are left as they are.
  *
- * \param pose of local with respect to global, for the pairings. All in stored coordinates.
+ * \param layers of the global map, those with which points were paired \param pose of local with respect to
+ * global, for the pairings. All in stored coordinates.
  */
 SurfacePairings pairings_on_surfaces(const Pairings& pairings, const metric_map_t& global,
-                                     const metric_map_t& local, const PairedLayers& layers,
-                                     const mrpt::poses::CPose3D& pose);
+                                     const std::set<layer_name_t>& layers, const mrpt::poses::CPose3D& pose);
+
+/// Of the clouds of a map, m: the largest typical distance of neighbours, and rms thickness of surfaces.
+struct CloudGrain
+{
+    double spacing = 0, thickness = 0;
+};
+CloudGrain grain_of(const metric_map_t& map, const std::set<layer_name_t>& layers);
 
 }  // namespace mp2p_icp
