@@ -1,6 +1,7 @@
 // The same clouds, voxel size and largest pairing distance for PCL, Open3D and this library: times,
 // iterations, errors and memory, medians over interleaved runs.
 //   compare-peers LOCAL GLOBAL [--truth T_GLOBAL_LOCAL.txt] [--voxel M] [--max-distance M] [--runs N]
+//     [--pipeline NAME_OR_FILE...] [--neighbors K]
 //   compare-peers --pairs N      of ray-traced LiDAR scans, whose truth is exact: who is nearest to it?
 #include <mp2p_icp/load_map.h>
 #include <mp2p_icp/random.h>
@@ -62,10 +63,10 @@ Eigen::Matrix4d matrix_of_file(const std::string& path)
     return T;
 }
 
-std::vector<Method> all_methods()
+std::vector<Method> all_methods(const std::vector<std::string>& pipelines)
 {
     std::vector<Method> all;
-    for (const auto& some : {pcl_methods(), open3d_methods(), our_methods()})
+    for (const auto& some : {pcl_methods(), open3d_methods(), our_methods(pipelines)})
         all.insert(all.end(), some.begin(), some.end());
     return all;
 }
@@ -90,12 +91,11 @@ void print_row(const std::string& name, int threads, const std::vector<Measureme
 }
 
 void compare_on_files(const std::string& local, const std::string& global, const std::string& truth_file,
-                      const Task& task, int runs)
+                      const std::vector<Method>& methods, const Task& task, int runs)
 {
     std::optional<Eigen::Matrix4d> truth;
     if (!truth_file.empty()) truth = matrix_of_file(truth_file);
     const auto load = [&]() { return Clouds{points_of_file(local), points_of_file(global)}; };
-    const auto methods = all_methods();
     std::map<std::pair<size_t, int>, std::vector<Measurement>> results;
     for (int run = 0; run < runs; run++)
         for (const int threads : {1, 2})
@@ -179,9 +179,8 @@ void compare_errors(const std::string& ours_name, const Errors& ours, const std:
     print_difference("rotation error", a.deg, b.deg, "deg");
 }
 
-void compare_on_synthetic(uint64_t pairs, const Task& task)
+void compare_on_synthetic(uint64_t pairs, const std::vector<Method>& methods, const Task& task)
 {
-    const auto methods = all_methods();
     std::vector<Errors> errors(methods.size());
     for (uint64_t number = 1; number <= pairs; number++)
     {
@@ -213,6 +212,7 @@ int main(int argc, char** argv)
 {
     CLI::App app("The same clouds for PCL, Open3D and mp2p_icp");
     std::string local, global, truth;
+    std::vector<std::string> pipelines = {"icp-3d-lidar", "icp-3d-point-to-plane", "icp-3d-multi-primitive"};
     Task task;
     int runs = 10;
     uint64_t pairs = 0;
@@ -221,15 +221,18 @@ int main(int argc, char** argv)
     app.add_option("--truth", truth, "4x4 matrix, local wrt global")->check(CLI::ExistingFile);
     app.add_option("--voxel", task.voxel, "m")->check(CLI::PositiveNumber);
     app.add_option("--max-distance", task.max_distance, "m")->check(CLI::PositiveNumber);
+    app.add_option("--neighbors", task.neighbors, "for the peers' normals and covariances")
+        ->check(CLI::Range(3, 1000));
+    app.add_option("--pipeline", pipelines, "ours: shipped names or files");
     app.add_option("--runs", runs)->check(CLI::PositiveNumber);
     app.add_option("--pairs", pairs, "so many ray-traced pairs in place of files");
     CLI11_PARSE(app, argc, argv);
     try
     {
         if (pairs > 0)
-            compare_on_synthetic(pairs, task);
+            compare_on_synthetic(pairs, all_methods(pipelines), task);
         else if (!global.empty())
-            compare_on_files(local, global, truth, task, runs);
+            compare_on_files(local, global, truth, all_methods(pipelines), task, runs);
         else
             throw std::invalid_argument("two clouds, or --pairs");
     }

@@ -14,6 +14,7 @@ using Points = std::vector<Eigen::Vector3f>;
 struct Task
 {
     double voxel = 0.25;        ///< m
+    int neighbors = 20;         ///< for normals and covariances of the peers
     double max_distance = 1.0;  ///< of pairings, m
     int max_iterations = 100;
     double step_m = 1e-4, step_rad = 5e-4;  ///< to end at, where a method can be told so
@@ -41,6 +42,7 @@ struct Method
 
 std::vector<Method> pcl_methods();
 std::vector<Method> open3d_methods();
-std::vector<Method> our_methods();
+/// Names of shipped pipelines, or files, of three-dimensional points.
+std::vector<Method> our_methods(const std::vector<std::string>& pipelines);
 
 }  // namespace compare_peers

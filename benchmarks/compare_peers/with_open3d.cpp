@@ -36,8 +36,8 @@ class Open3dAttempt : public Attempt
     {
         if (task_.voxel > 0)
             local_ = local_->VoxelDownSample(task_.voxel), global_ = global_->VoxelDownSample(task_.voxel);
-        global_->EstimateNormals(KDTreeSearchParamKNN(generalized_ ? 20 : 10));
-        if (generalized_) local_->EstimateNormals(KDTreeSearchParamKNN(20));
+        global_->EstimateNormals(KDTreeSearchParamKNN(task_.neighbors));
+        if (generalized_) local_->EstimateNormals(KDTreeSearchParamKNN(task_.neighbors));
     }
     /// It ends when fitness and rmse change by less than 1e-6 of themselves: it knows no other rule.
     void align() override

@@ -3,6 +3,8 @@
 #include <mp2p_icp/icp_pipeline_from_yaml.h>
 #include <mp2p_icp_filters/FilterDecimateVoxels.h>
 
+#include <filesystem>
+
 #include "peers.h"
 
 namespace compare_peers
@@ -19,7 +21,9 @@ class OurAttempt : public Attempt
     OurAttempt(const std::string& pipeline, const Points& local, const Points& global, const Task& task)
         : local_(map_of(local)),
           global_(map_of(global)),
-          pipeline_(pipeline_from_yaml(yaml_from_text(shipped_pipeline(pipeline))))
+          pipeline_(std::filesystem::exists(pipeline)
+                        ? pipeline_from_yaml_file(pipeline)
+                        : pipeline_from_yaml(yaml_from_text(shipped_pipeline(pipeline))))
     {
         for (const auto& filter : pipeline_.filters.at("filters"))
             if (const auto f = std::dynamic_pointer_cast<mp2p_icp_filters::FilterDecimateVoxels>(filter))
@@ -41,12 +45,9 @@ class OurAttempt : public Attempt
             mp2p_icp_filters::apply_filter_pipeline(pipeline_.filters.at("filters"), *map);
         for (const auto& matcher : pipeline_.icp->matchers())
         {
-            const auto& points = dynamic_cast<const Matcher_Points_Base&>(*matcher);
-            for (const auto& pair : points.layer_pairs(global_, local_)) global_.nn_index(pair.global);
-            const auto* planes = dynamic_cast<const Matcher_Point2Plane*>(matcher.get());
-            if (!planes) continue;
-            for (const auto& pair : points.layer_pairs(global_, local_))
-                global_.local_surfaces(pair.global, {planes->knn, planes->searchRadius});
+            const auto* points = dynamic_cast<const Matcher_Points_Base*>(matcher.get());
+            if (!points) continue;
+            for (const auto& pair : points->layer_pairs(global_, local_)) prepare_layers(*points, pair);
         }
     }
     void align() override
@@ -68,6 +69,16 @@ class OurAttempt : public Attempt
         map.layers[metric_map_t::PT_LAYER_RAW] = cloud;
         return map;
     }
+    void prepare_layers(const Matcher_Points_Base& matcher, const Matcher_Points_Base::LayerPair& layers)
+    {
+        global_.nn_index(layers.global);
+        const auto* planes = dynamic_cast<const Matcher_Point2Plane*>(&matcher);
+        if (!planes) return;
+        const LocalSurfaceOptions options{planes->knn, planes->searchRadius};
+        global_.local_surfaces(layers.global, options);
+        if (planes->localPointMustFitPlaneToo) local_.local_surfaces(layers.local, options);
+    }
+
     metric_map_t local_, global_;
     Pipeline pipeline_;
 };
@@ -81,9 +92,11 @@ Method method(const std::string& pipeline)
 }
 }  // namespace
 
-std::vector<Method> our_methods()
+std::vector<Method> our_methods(const std::vector<std::string>& pipelines)
 {
-    return {method("icp-3d-lidar"), method("icp-3d-point-to-plane")};
+    std::vector<Method> methods;
+    for (const auto& name : pipelines) methods.push_back(method(name));
+    return methods;
 }
 
 }  // namespace compare_peers

@@ -101,7 +101,7 @@ class PointToPlane : public PclAttempt<PointNormal, pcl::IterativeClosestPoint<P
         pcl::NormalEstimationOMP<PointNormal, PointNormal> normals;
         normals.setInputCloud(global_);
         normals.setSearchMethod(tree_);
-        normals.setKSearch(10);
+        normals.setKSearch(task_.neighbors);
         normals.compute(*global_);
         icp_.setTransformationEstimation(
             std::make_shared<
@@ -118,6 +118,7 @@ class Gicp : public PclAttempt<PointXYZ, pcl::GeneralizedIterativeClosestPoint<P
         PclAttempt::prepare();
         // The rotation's epsilon of GICP is an angle.
         icp_.setTransformationEpsilon(task_.step_m), icp_.setRotationEpsilon(task_.step_rad);
+        icp_.setCorrespondenceRandomness(task_.neighbors);
         const auto local_tree = std::make_shared<pcl::search::KdTree<PointXYZ>>();
         local_tree->setInputCloud(local_);
         icp_.setSearchMethodSource(local_tree, true);
