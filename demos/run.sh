@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# Installs what is missing, builds, and aligns two real laser scans and two samples of the Stanford bunny.
+# Installs what is missing, builds, aligns two real laser scans and two samples of the Stanford bunny, and makes a
+# trajectory of a whole log of laser scans.
 # The pictures and results are left in demos/output/.
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -22,6 +23,10 @@ echo "=== 2. The Stanford bunny against a moved copy of itself (20000 points eac
 "$build/bin/icp-run" --input-global "$out/bunny-global.ply" --input-local "$out/bunny-local.ply" \
   --ground-truth "$(cat "$out/bunny-truth.txt")" \
   --output-result "$out/bunny.yaml" --output-aligned "$out/bunny-aligned.ply" --snapshot "$out/bunny.png"
+
+echo
+echo "=== 3. SLAM with all scans of the robot's log: closing errors of odometry, of scan to scan, and of the pose graph ==="
+"$build/bin/slam-front-end" "$rawlog" "$out"
 
 echo
 echo "Look at the pictures: $out/laser.png and $out/bunny.png"

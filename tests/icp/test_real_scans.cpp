@@ -1,16 +1,12 @@
 // Real data. What comes with Debian's mrpt-common is tested always, the optional data where it is present.
 #include <gtest/gtest.h>
-#include <mp2p_icp/icp_pipeline_from_yaml.h>
 #include <mp2p_icp/load_map.h>
-#include <mrpt/obs/CActionCollection.h>
-#include <mrpt/obs/CActionRobotMovement2D.h>
-#include <mrpt/obs/CRawlog.h>
-#include <mrpt/poses/CPose2D.h>
 
 #include <algorithm>
 #include <fstream>
 
 #include "icp_test_tools.h"
+#include "laser_rawlog.h"
 #include "test_data.h"
 
 using namespace mp2p_icp;
@@ -27,23 +23,8 @@ struct Scan
 /// Every scan of the rawlog, made into layers by the pipeline, with the accumulated odometry.
 std::vector<Scan> scans_of(const std::string& path, const Pipeline& pipeline)
 {
-    mrpt::obs::CRawlog rawlog;
-    rawlog.loadFromRawLogFile(path);
     std::vector<Scan> scans;
-    CPose3D odometry;
-    for (size_t i = 0; i < rawlog.size(); i++)
-    {
-        const auto entry = rawlog.getAsGeneric(i);
-        if (const auto frame = std::dynamic_pointer_cast<mrpt::obs::CSensoryFrame>(entry))
-        {
-            scans.emplace_back();
-            mp2p_icp_filters::apply_generators(*pipeline.generators, *frame, scans.back().map);
-            scans.back().odometry = odometry;
-        }
-        else if (const auto actions = std::dynamic_pointer_cast<mrpt::obs::CActionCollection>(entry))
-            if (const auto move = actions->getBestMovementEstimation())
-                odometry = odometry + CPose3D(move->poseChange->getMeanVal());
-    }
+    for (const auto& s : laser_scans(path)) scans.push_back({map_of_scan(pipeline, *s.scan), s.odometry});
     return scans;
 }
 

@@ -1,0 +1,146 @@
+// Consecutive scans of a 2-D laser, aligned in three ways: points, point to line, and walls alone. Where
+// different pieces of a scan give the same pose, it can be believed, though nobody knows the truth.
+//   bench-scans_2d FILE.rawlog [--least-motion M] [--stride N] [--aperture-deg A] [--odometry] [--list]
+// --least-motion: leaves out scans nearer than so many metres and 5 degrees to the one before, by odometry.
+// --odometry: starts from the odometry, not from the identity. --aperture-deg: of the scans, in place of what
+// the rawlog says.
+#include <mrpt/core/bits_math.h>
+
+#include <CLI/CLI.hpp>
+#include <array>
+#include <chrono>
+#include <iostream>
+
+#include "laser_rawlog.h"
+
+namespace
+{
+using namespace mp2p_icp;
+using namespace mp2p_icp_test;
+using mrpt::poses::CPose3D;
+
+constexpr std::array<const char*, 3> NAMES = {"icp-2d-laser", "icp-2d-point-to-line", "icp-2d-walls"};
+
+struct Pair
+{
+    CPose3D odometry;
+    std::array<Results, 3> results;
+    double overlap = 0;
+};
+
+/// The share of the local points with a global one within 0.2 m (walls filled in).
+double overlap(const metric_map_t& local, const metric_map_t& global, const CPose3D& pose)
+{
+    const auto points = local.point_layer("raw");
+    PointArrays asked;
+    asked.resize(points->size());
+    for (size_t i = 0; i < points->size(); i++)
+    {
+        mrpt::math::TPoint3D p;
+        points->getPoint(i, p.x, p.y, p.z);
+        p = pose.composePoint(p);
+        asked.x[i] = static_cast<float>(p.x), asked.y[i] = static_cast<float>(p.y),
+        asked.z[i] = static_cast<float>(p.z);
+    }
+    const std::vector<float> limit(asked.size(), 0.2f * 0.2f);
+    std::vector<uint32_t> ids(asked.size());
+    std::vector<float> dist_sq(asked.size());
+    global.nn_index("dense")->nearest(asked, 0, asked.size(), 1, limit.data(), ids.data(), dist_sq.data());
+    const auto near = std::count_if(dist_sq.begin(), dist_sq.end(), [](float d) { return d < 0.04f; });
+    return static_cast<double>(near) / static_cast<double>(std::max<size_t>(1, asked.size()));
+}
+
+void print_share(const std::string& what, size_t count, size_t of)
+{
+    std::cout << "  " << what << ": " << count << " of " << of << " ("
+              << 100 * static_cast<double>(count) / static_cast<double>(std::max<size_t>(1, of)) << " %)\n";
+}
+
+void print_agreement(const std::string& what, const std::vector<Pair>& pairs, size_t a, size_t b)
+{
+    size_t within_5 = 0, within_2 = 0, of = 0;
+    for (const auto& p : pairs)
+    {
+        const auto &x = p.results[a], &y = p.results[b];
+        if (p.overlap < 0.6 || !determines_plane(x) || !determines_plane(y)) continue;
+        of++;
+        within_5 += agree(x.optimal_tf.mean, y.optimal_tf.mean, 0.05, 1.0);
+        within_2 += agree(x.optimal_tf.mean, y.optimal_tf.mean, 0.02, 0.3);
+    }
+    print_share(what + " within 5 cm and 1 deg", within_5, of);
+    print_share(what + " within 2 cm and 0.3 deg", within_2, of);
+}
+}  // namespace
+
+int main(int argc, char** argv)
+{
+    std::string path;
+    double least_motion = 0, aperture_deg = 0;
+    size_t stride = 1;
+    bool list = false, odometry = false;
+    CLI::App app("Points, point to line and walls on consecutive 2-D scans");
+    app.add_option("rawlog", path)->required();
+    app.add_option("--least-motion", least_motion);
+    app.add_option("--stride", stride);
+    app.add_option("--aperture-deg", aperture_deg);
+    app.add_flag("--list", list);
+    app.add_flag("--odometry", odometry);
+    CLI11_PARSE(app, argc, argv);
+
+    std::vector<LaserScan> scans;
+    for (const auto& s : laser_scans(path))
+    {
+        const CPose3D moved = scans.empty() ? CPose3D(1e6, 0, 0) : s.odometry - scans.back().odometry;
+        if (moved.norm() < least_motion && std::abs(moved.yaw()) < mrpt::DEG2RAD(5.0)) continue;
+        scans.push_back(s);
+        if (aperture_deg > 0) s.scan->aperture = static_cast<float>(mrpt::DEG2RAD(aperture_deg));
+    }
+    std::vector<Pipeline> pipelines;
+    for (const auto* name : NAMES)
+        pipelines.push_back(pipeline_from_yaml(yaml_from_text(shipped_pipeline(name))));
+
+    std::vector<Pair> pairs;
+    std::array<double, 3> seconds{};
+    std::array<size_t, 3> iterations{};
+    for (size_t k = 0; k + 1 < scans.size(); k += stride)
+    {
+        Pair pair;
+        pair.odometry = scans[k + 1].odometry - scans[k].odometry;
+        for (size_t m = 0; m < NAMES.size(); m++)
+        {
+            const auto start = std::chrono::steady_clock::now();
+            const auto global = map_of_scan(pipelines[m], *scans[k].scan),
+                       local = map_of_scan(pipelines[m], *scans[k + 1].scan);
+            const CPose3D guess = odometry ? pair.odometry : CPose3D();
+            pipelines[m].icp->align(local, global, guess.asTPose(), pipelines[m].parameters, pair.results[m],
+                                    planar_prior(guess));
+            seconds[m] += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+            iterations[m] += pair.results[m].nIterations;
+            if (m == 0) pair.overlap = overlap(local, global, pair.results[m].optimal_tf.mean);
+        }
+        pairs.push_back(pair);
+        if (!list) continue;
+        std::cout << k << " overlap " << pair.overlap << " odometry " << pair.odometry << "\n";
+        for (const auto& r : pair.results)
+            std::cout << "    " << to_string(r.verdict) << " " << r.optimal_tf.mean << " "
+                      << r.finalPairings.contents_summary() << " q " << r.quality
+                      << (determines_plane(r) ? "" : " FREE") << "\n";
+    }
+
+    const auto count = [&](auto&& is)
+    { return static_cast<size_t>(std::count_if(pairs.begin(), pairs.end(), is)); };
+    const auto enough = [](const Pair& p) { return p.overlap >= 0.6; };
+    std::cout << pairs.size() << " pairs; of the " << count(enough) << " with an overlap of 60 %:\n";
+    for (size_t m = 0; m < NAMES.size(); m++)
+    {
+        print_share(std::string(NAMES[m]) + " determines x, y, yaw",
+                    count([&](const Pair& p) { return enough(p) && determines_plane(p.results[m]); }),
+                    count(enough));
+        std::cout << "    " << 1e3 * seconds[m] / static_cast<double>(pairs.size()) << " ms and "
+                  << static_cast<double>(iterations[m]) / static_cast<double>(pairs.size())
+                  << " iterations each\n";
+    }
+    print_agreement("points and point to line", pairs, 0, 1);
+    print_agreement("points and walls", pairs, 0, 2);
+    print_agreement("point to line and walls", pairs, 1, 2);
+}
