@@ -7,7 +7,7 @@
 #include <ostream>
 
 #include "log_pictures.h"
-#include "viewer_options.h"
+#include "viewer_window.h"
 
 namespace mp2p_icp_apps
 {
@@ -22,7 +22,10 @@ int complain(std::ostream& err, std::string reason)
 
 void run(const ViewerOptions& options, std::ostream& out)
 {
-    if (options.wants_pictures()) write_pictures(options, out);
+    if (options.wants_pictures())
+        write_pictures(options, out);
+    else
+        open_viewer_window(options, out);
 }
 }  // namespace
 

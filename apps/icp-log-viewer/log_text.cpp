@@ -18,7 +18,9 @@ std::string number(double value, const char* format = "%.4g")
 {
     char text[48];
     std::snprintf(text, sizeof(text), format, value);
-    return text;
+    const std::string shown = text;
+    const bool is_zero = shown.find_first_not_of("-0.") == std::string::npos;
+    return is_zero && shown[0] == '-' ? shown.substr(1) : shown;
 }
 
 /// Largest over smallest eigenvalue; what is infinite or not positive has none.
