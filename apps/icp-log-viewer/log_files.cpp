@@ -1,8 +1,6 @@
 #include "log_files.h"
 
 #include <mp2p_icp/errors.h>
-#include <mrpt/io/CFileGZInputStream.h>
-#include <mrpt/serialization/CArchive.h>
 
 #include <algorithm>
 #include <filesystem>
@@ -91,23 +89,7 @@ bool is_map_path(const std::string& path)
 
 LogRecord::Ptr load_log(const std::string& path)
 {
-    mrpt::io::CFileGZInputStream in;
-    if (!in.open(path)) throw DataError(path, "cannot be read");
-    auto archive = mrpt::serialization::archiveFrom(in);
-    auto log = std::make_shared<LogRecord>();
-    try
-    {
-        archive >> *log;
-    }
-    catch (const DataError&)
-    {
-        throw;
-    }
-    catch (const std::exception& e)
-    {
-        throw DataError(path, mp2p_icp::short_reason(e));
-    }
-    return log;
+    return std::make_shared<LogRecord>(LogRecord::load_from_file(path));
 }
 
 LogSummary summary_of(const std::string& path, const LogRecord& log)

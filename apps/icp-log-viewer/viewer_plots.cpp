@@ -71,8 +71,8 @@ void ViewerTabs::draw_plots()
 {
     std::vector<double> steps, costs;
     if (const auto* log = model_.first().log(); log)
-        for (const auto& point : mp2p_icp::run_curves(*log))
-            steps.push_back(point.step.metres), costs.push_back(point.cost);
+        for (const auto& iteration : log->iterations)
+            steps.push_back(iteration.step_trans), costs.push_back(iteration.cost);
     fill(*step_plot_, decades(steps));
     show_range(*step_plot_, steps, "m");
     fill(*cost_plot_, costs);

@@ -14,6 +14,22 @@ TEST(log_moments, are_in_the_order_of_time)
     EXPECT_EQ(pose_at(*log, REJECTED_MOMENT).x(), 9);
 }
 
+TEST(log_moments, iterations_without_details_have_a_pose_and_no_pairings)
+{
+    auto log = log_of_corners();
+    log->iterations.resize(2);
+    log->iterations[0].iteration = 2, log->iterations[0].pose = CPose3D(7, 0, 0, 0, 0, 0);
+    log->iterations[1].iteration = 3, log->iterations[1].pose = CPose3D(8, 0, 0, 0, 0, 0);
+    EXPECT_EQ(log_moments(*log),
+              (std::vector<LogMoment>{GUESS_MOMENT, after(0), after(1), after(2), after(3), FINAL_MOMENT}));
+    EXPECT_EQ(pose_at(*log, after(3)).x(), 8);
+    EXPECT_EQ(moment_from_text(*log, "3"), after(3));
+    bool stored = false;
+    EXPECT_EQ(pairings_at(*log, after(3), stored), nullptr);
+    EXPECT_NE(pairings_at(*log, after(2), stored), nullptr);
+    EXPECT_TRUE(stored);
+}
+
 TEST(log_moments, poses_are_in_the_original_coordinates)
 {
     const TPoint3D global_offset(1000, 2000, 30), local_offset(-500, 0, 7);

@@ -5,6 +5,8 @@
 
 #include <optional>
 
+#include "debug_log.h"
+
 namespace mp2p_icp
 {
 /** One call of ICP::align(): everything that a run remembers. Poses are in stored coordinates inside. */
@@ -13,7 +15,7 @@ class AlignRun
  public:
     AlignRun(const ICP& icp, const metric_map_t& local, const metric_map_t& global,
              const mrpt::poses::CPose3D& guess, const Parameters& parameters,
-             const std::optional<mrpt::poses::CPose3DPDFGaussianInf>& prior, LogRecord* log);
+             const std::optional<mrpt::poses::CPose3DPDFGaussianInf>& prior, DebugLog& log);
 
     Results run();
 
@@ -21,6 +23,7 @@ class AlignRun
     void iterate();
     /// One round of match and solve. \return false when the run has ended.
     bool one_iteration(uint32_t iteration);
+    Pairings match(uint32_t iteration);
     bool solve(const Pairings& pairings, uint32_t iteration);
     bool has_diverged(const mrpt::poses::CPose3D& pose) const;
     /// The pose has come back to where it was so many iterations ago; a period of 1 is a stall.
@@ -33,7 +36,6 @@ class AlignRun
     void end(const Ending& ending);
     bool checkpoint_passed(const Pairings& pairings, uint32_t iteration) const;
     bool hook_stops(const Pairings& pairings, uint32_t iteration) const;
-    void log_iteration(const Pairings& pairings, uint32_t iteration);
     void print_iteration(const Pairings& pairings, uint32_t iteration) const;
 
     /// Are matching distances, matchers or solvers going to change after this iteration, and when?
@@ -53,7 +55,7 @@ class AlignRun
     const Parameters& parameters_;
     const MapOffsets offsets_;
     const mrpt::poses::CPose3D original_guess_, guess_;
-    LogRecord* log_;
+    DebugLog& log_;
     MatchState state_;
     SolverContext solver_context_;
     std::optional<double> first_gate_;

@@ -3,6 +3,7 @@
 #include <mp2p_icp/numbers.h>
 
 #include <cmath>
+#include <set>
 #include <stdexcept>
 
 namespace mp2p_icp
@@ -11,29 +12,46 @@ using mrpt::poses::CPose3D;
 
 namespace
 {
-std::string logged_iterations(const LogRecord& log)
+/// Of all iterations there are the poses, of some also the pairings.
+std::set<size_t> known_iterations(const LogRecord& log)
 {
-    if (!log.iterationsDetails || log.iterationsDetails->empty())
-        return "the log holds no iterations (write it with saveIterationDetails: true)";
+    std::set<size_t> known;
+    for (const auto& iteration : log.iterations) known.insert(iteration.iteration);
+    if (log.iterationsDetails)
+        for (const auto& [iteration, details] : *log.iterationsDetails) known.insert(iteration);
+    return known;
+}
+
+std::string known_iterations_text(const LogRecord& log)
+{
+    const auto known = known_iterations(log);
+    if (known.empty()) return "the log holds no iterations";
     std::string text = "the log holds iterations ";
     constexpr size_t SHOWN = 10;
     size_t count = 0;
-    for (const auto& [iteration, details] : *log.iterationsDetails)
+    for (const size_t iteration : known)
     {
         if (++count > SHOWN) break;
         text += (count > 1 ? ", " : "") + std::to_string(iteration);
     }
-    const size_t last = log.iterationsDetails->rbegin()->first;
-    return count > SHOWN ? text + ", ... " + std::to_string(last) : text;
+    return count > SHOWN ? text + ", ... " + std::to_string(*known.rbegin()) : text;
 }
 
-const LogRecord::DebugInfoPerIteration& details_of(const LogRecord& log, size_t iteration)
+const LogRecord::DebugInfoPerIteration* details_of(const LogRecord& log, size_t iteration)
 {
-    if (log.iterationsDetails)
-        if (const auto it = log.iterationsDetails->find(iteration); it != log.iterationsDetails->end())
-            return it->second;
+    if (!log.iterationsDetails) return nullptr;
+    const auto it = log.iterationsDetails->find(iteration);
+    return it == log.iterationsDetails->end() ? nullptr : &it->second;
+}
+
+/// In stored coordinates.
+const CPose3D& pose_of_iteration(const LogRecord& log, size_t iteration)
+{
+    if (const auto* details = details_of(log, iteration); details) return details->optimalPose;
+    for (const auto& record : log.iterations)
+        if (record.iteration == iteration) return record.pose;
     throw std::invalid_argument("iteration " + std::to_string(iteration) + " was not logged; " +
-                                logged_iterations(log));
+                                known_iterations_text(log));
 }
 
 const CPose3D& rejected_pose_of(const LogRecord& log)
@@ -62,9 +80,8 @@ std::string to_string(const LogMoment& moment)
 std::vector<LogMoment> log_moments(const LogRecord& log)
 {
     std::vector<LogMoment> moments{{LogMoment::Kind::Guess, 0}};
-    if (log.iterationsDetails)
-        for (const auto& [iteration, details] : *log.iterationsDetails)
-            moments.push_back({LogMoment::Kind::Iteration, iteration});
+    for (const size_t iteration : known_iterations(log))
+        moments.push_back({LogMoment::Kind::Iteration, iteration});
     if (log.icpResult.rejected_pose) moments.push_back({LogMoment::Kind::Rejected, 0});
     moments.push_back({LogMoment::Kind::Final, 0});
     return moments;
@@ -80,7 +97,7 @@ LogMoment moment_from_text(const LogRecord& log, const std::string& text)
         throw std::invalid_argument(
             "expected the number of an iteration, `guess`, `rejected` or `final`, found '" + text + "'");
     const auto iteration = static_cast<size_t>(*number);
-    details_of(log, iteration);
+    pose_of_iteration(log, iteration);
     return {LogMoment::Kind::Iteration, iteration};
 }
 
@@ -92,7 +109,7 @@ CPose3D pose_at(const LogRecord& log, const LogMoment& moment)
             return CPose3D(log.initialGuessLocalWrtGlobal);
         case LogMoment::Kind::Iteration:
             return MapOffsets(*log.pcLocal, *log.pcGlobal)
-                .to_original(details_of(log, moment.iteration).optimalPose);
+                .to_original(pose_of_iteration(log, moment.iteration));
         case LogMoment::Kind::Rejected:
             return rejected_pose_of(log);
         case LogMoment::Kind::Final:
@@ -104,7 +121,11 @@ CPose3D pose_at(const LogRecord& log, const LogMoment& moment)
 const Pairings* pairings_at(const LogRecord& log, const LogMoment& moment, bool& stored)
 {
     stored = moment.kind == LogMoment::Kind::Iteration;
-    if (stored) return &details_of(log, moment.iteration).pairings;
+    if (stored)
+    {
+        const auto* details = details_of(log, moment.iteration);
+        return details ? &details->pairings : nullptr;
+    }
     return moment.kind == LogMoment::Kind::Final ? &log.icpResult.finalPairings : nullptr;
 }
 

@@ -13,7 +13,7 @@ struct LogMoment
     enum class Kind : uint8_t
     {
         Guess,      ///< where the run began
-        Iteration,  ///< after an iteration whose details were logged
+        Iteration,  ///< after an iteration
         Rejected,   ///< what was found, and not trusted
         Final       ///< what was returned: the guess again if nothing was found
     };
@@ -38,7 +38,8 @@ LogMoment moment_from_text(const LogRecord& log, const std::string& text);
 /// \exception std::invalid_argument if the log does not hold that moment.
 mrpt::poses::CPose3D pose_at(const LogRecord& log, const LogMoment& moment);
 
-/** What was paired in that iteration, or at the end; null for the guess and a rejected pose. \param[out]
+/** What was paired in that iteration, or at the end; null for the guess, a rejected pose, and
+ * iterations whose details were not logged. \param[out]
  * stored whether their coordinates are those the maps store, or else the original ones.
  */
 const Pairings* pairings_at(const LogRecord& log, const LogMoment& moment, bool& stored);
