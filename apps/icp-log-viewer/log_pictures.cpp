@@ -1,6 +1,7 @@
 #include "log_pictures.h"
 
 #include <mp2p_icp/errors.h>
+#include <mp2p_icp/html_report.h>
 #include <mp2p_icp/load_map.h>
 
 #include <filesystem>
@@ -15,7 +16,7 @@ using mp2p_icp::LogScene;
 
 namespace
 {
-constexpr size_t PANELS_OF_A_SHEET = 12;
+constexpr size_t PANELS_OF_A_SHEET = 12, PICTURES_OF_A_PAGE = 12;
 
 std::string name_of(const std::string& path)
 {
@@ -60,12 +61,17 @@ class LogPictures
 {
  public:
     LogPictures(const std::string& path, const ViewerOptions& options, std::ostream& out)
-        : options_(options), out_(out), log_(load_log(path)), scene_(log_), picture_(options.picture())
+        : options_(options),
+          out_(out),
+          name_(name_of(path)),
+          log_(load_log(path)),
+          scene_(log_),
+          picture_(options.picture())
     {
         auto drawing = scene_.options();
         options.apply_to(drawing);
         scene_.set_options(drawing);
-        picture_.captions = {name_of(path) + ": " + mp2p_icp::verdict_caption(*log_)};
+        picture_.captions = {name_ + ": " + mp2p_icp::verdict_caption(*log_)};
     }
 
     void write_one(const std::string& path)
@@ -87,9 +93,20 @@ class LogPictures
                  out_);
     }
 
+    void write_page(const std::string& path)
+    {
+        mp2p_icp::HtmlReportOptions page;
+        page.title = name_;
+        for (const auto& moment : mp2p_icp::some_moments(log_moments(*log_), PICTURES_OF_A_PAGE))
+            page.pictures.push_back({to_string(moment), draw_log(scene_, {moment}, picture_).image});
+        mp2p_icp::save_html_report(*log_, path, page);
+        out_ << "Written: " << path << "\n";
+    }
+
  private:
     const ViewerOptions& options_;
     std::ostream& out_;
+    std::string name_;
     mp2p_icp::LogRecord::Ptr log_;
     LogScene scene_;
     mp2p_icp::LogSnapshotOptions picture_;
@@ -97,7 +114,8 @@ class LogPictures
 
 void write_map_picture(const ViewerOptions& options, std::ostream& out)
 {
-    if (options.snapshot.empty()) throw std::invalid_argument("--snapshot-dir: a map has no iterations");
+    if (!options.snapshot_dir.empty()) throw std::invalid_argument("--snapshot-dir: a map has no iterations");
+    if (!options.html.empty()) throw std::invalid_argument("--html: the page is that of a run, not of a map");
     const auto& path = options.inputs.front();
     const auto map = mp2p_icp::load_map(path).map;
     LogScene scene{mp2p_icp::metric_map_t::ConstPtr(map)};
@@ -134,6 +152,7 @@ void write_pictures(const ViewerOptions& options, std::ostream& out)
         LogPictures pictures(log, options, out);
         if (!options.snapshot.empty()) pictures.write_one(output(options.snapshot, log));
         if (!options.snapshot_dir.empty()) pictures.write_each_into(output(options.snapshot_dir, log));
+        if (!options.html.empty()) pictures.write_page(output(options.html, log));
     }
 }
 

@@ -6,9 +6,9 @@
 
 namespace mp2p_icp_apps
 {
-/** The pictures that were asked for: of a map, of one log, or, with several logs, one picture (or folder) per
- * log, beside each other, its name added. Says on `out` what was written. \exception mp2p_icp::DataError,
- * std::invalid_argument, std::runtime_error as mp2p_icp::draw_log().
+/** The pictures and pages that were asked for: of a map, of one log, or, with several logs, one picture (or
+ * folder) per log, beside each other, its name added. Says on `out` what was written. \exception
+ * mp2p_icp::DataError, std::invalid_argument, std::runtime_error as mp2p_icp::draw_log().
  */
 void write_pictures(const ViewerOptions& options, std::ostream& out);
 

@@ -27,6 +27,8 @@ Examples:
     icp-log-viewer run.icplog --snapshot run.png
     icp-log-viewer run.icplog --snapshot run.png --iteration all --view top --size 1600x1200
     icp-log-viewer run.icplog --snapshot-dir pictures/ --color residual
+  A page for a bug report:
+    icp-log-viewer run.icplog --html run.html
   A map with its layers, planes and lines:
     icp-log-viewer map.mm
     icp-log-viewer map.mm --snapshot map.png --hide raw
@@ -59,6 +61,11 @@ void declare_pictures(CLI::App& app, ViewerOptions& o)
     app.add_option("--snapshot-dir", o.snapshot_dir,
                    "Write a picture per iteration into a folder (made if missing); needs no display")
         ->type_name("DIR");
+    app.add_option(
+           "--html", o.html,
+           "Write one page with the whole story of the run: a view that turns, plots, pictures; opens in "
+           "any browser, without a network")
+        ->type_name("FILE.html");
     app.add_option("--iteration", o.iteration,
                    "Of --snapshot: the number of an iteration (from 0), guess, rejected, final, or all (one "
                    "sheet). Default: final")

@@ -18,7 +18,7 @@ struct ViewerOptions
     std::string verdict;        ///< only logs with that one
     double min_quality = 0, max_quality = 1;
 
-    std::string snapshot, snapshot_dir;
+    std::string snapshot, snapshot_dir, html;
     std::string iteration = "final";  ///< number, `guess`, `rejected`, `final` or `all`
     std::string view = "fit";
     std::string color = "side";  ///< side, height or residual
@@ -26,7 +26,7 @@ struct ViewerOptions
     std::vector<std::string> hide;
     bool pairings = false, frames = false, covariance = false;
 
-    bool wants_pictures() const { return !snapshot.empty() || !snapshot_dir.empty(); }
+    bool wants_pictures() const { return !snapshot.empty() || !snapshot_dir.empty() || !html.empty(); }
     mp2p_icp::LogSnapshotOptions picture() const;             ///< size and view
     void apply_to(mp2p_icp::LogSceneOptions& options) const;  ///< what is drawn, and how
 };

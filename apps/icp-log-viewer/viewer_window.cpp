@@ -50,14 +50,9 @@ class Toolkit
             return value && *value;
         };
         if (!is_set("DISPLAY") && !is_set("WAYLAND_DISPLAY")) throw std::runtime_error(NO_DISPLAY);
-        try
-        {
-            nanogui::init();
-        }
-        catch (const std::exception&)
-        {
-            throw std::runtime_error(NO_DISPLAY);
-        }
+        // Before nanogui does, which would print its own lines about it.
+        if (!glfwInit()) throw std::runtime_error(NO_DISPLAY);
+        nanogui::init();
     }
     ~Toolkit() { nanogui::shutdown(); }
 };

@@ -1,4 +1,4 @@
-#include <mp2p_icp/log_moments.h>
+#include <mp2p_icp/log_snapshot.h>
 #include <mrpt/img/CImage.h>
 
 #include "log_browser.h"
@@ -84,6 +84,19 @@ TEST(icp_log_viewer, writes_a_picture_per_iteration_into_a_folder)
     EXPECT_GT(differing_pixels(guess, first), 50u);
 }
 
+TEST(icp_log_viewer, writes_a_page)
+{
+    const Folder folder;
+    const auto log = logged_run(folder, "run"), html = folder.path("run.html");
+    const auto o = view({log, "--html", html, "--size", "200x200"});
+    EXPECT_EQ(o.code, 0) << o.err;
+    EXPECT_EQ(o.out, "Written: " + html + "\n");
+    const auto page = content_of(html);
+    EXPECT_TRUE(contains(page, "run.icplog"));
+    for (const auto& moment : mp2p_icp::some_moments(log_moments(*load_log(log)), 12))
+        EXPECT_TRUE(contains(page, to_string(moment))) << to_string(moment);
+}
+
 TEST(icp_log_viewer, several_logs_give_several_pictures_of_those_that_are_asked_for)
 {
     const Folder folder;
@@ -114,6 +127,7 @@ TEST(icp_log_viewer, shows_maps)
     EXPECT_EQ(view({mm, "--snapshot", some, "--size", "300x300", "--hide", "a", "planes"}).code, 0);
     EXPECT_GT(differing_pixels(picture(all), picture(some)), 300u);
     expect_trouble({mm, "--snapshot-dir", folder.path("x")}, {"a map has no iterations"});
+    expect_trouble({mm, "--html", folder.path("x.html")}, {"not of a map"});
 }
 
 TEST(icp_log_viewer, says_what_is_wrong)
