@@ -26,7 +26,7 @@ ViewerStage::ViewerStage(mrpt::gui::CDisplayWindowGUI& window, int panel_width)
     for (const auto* name : NAMES)
     {
         const auto view = scene->getViewport(name);
-        view->setCustomBackgroundColor({1, 1, 1, 1});
+        mp2p_icp::prepare_viewport(*view);
         view->setViewportClipDistances(NEAREST, FARTHEST);
     }
     window_.background_scene = scene;

@@ -15,8 +15,7 @@ using mrpt::opengl::CSetOfObjects;
 
 namespace
 {
-constexpr float FRAME_SIZE = 0.1f, ARROW_LENGTH = 0.3f, RING_RADIUS = 0.2f;  // units
-const mrpt::img::TColor ARROW_COLOR(0xCC, 0x00, 0x99);                       // a colour that nothing else has
+constexpr float FRAME_SIZE = 0.1f, ARROW_LENGTH = 0.25f, RING_RADIUS = 0.15f;  // units
 
 /// z along the axis.
 mrpt::poses::CPose3D pose_along(const Eigen::Vector3d& axis, const TPoint3D& at)
@@ -35,18 +34,18 @@ mrpt::opengl::CRenderizable::Ptr arrow_with_two_heads(const Eigen::Vector3d& axi
     for (const double sign : {-1.0, 1.0})
     {
         const Eigen::Vector3d to = from + sign * ARROW_LENGTH * axis;
-        set->insert(mrpt::opengl::CArrow::Create(to_mrpt(from).cast<float>(), to_mrpt(to).cast<float>(), 0.3f,
-                                                 0.006f, 0.02f));
+        set->insert(mrpt::opengl::CArrow::Create(to_mrpt(from).cast<float>(), to_mrpt(to).cast<float>(), 0.2f,
+                                                 0.003f, 0.012f));
     }
-    set->setColor_u8(ARROW_COLOR);
+    set->setColor_u8(FREE_MOTION_COLOR);
     return set;
 }
 
 mrpt::opengl::CRenderizable::Ptr ring(const Eigen::Vector3d& axis, const TPoint3D& centre)
 {
-    auto disk = mrpt::opengl::CDisk::Create(RING_RADIUS, 0.92f * RING_RADIUS, 50);
+    auto disk = mrpt::opengl::CDisk::Create(RING_RADIUS, 0.95f * RING_RADIUS, 50);
     disk->setPose(pose_along(axis, centre));
-    disk->setColor_u8(ARROW_COLOR);
+    disk->setColor_u8(FREE_MOTION_COLOR);
     return disk;
 }
 }  // namespace

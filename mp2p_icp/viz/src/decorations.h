@@ -9,7 +9,8 @@ namespace mp2p_icp
 /// A standard deviation that is shown this many units long is easy to see, and does not hide the data.
 constexpr double ELLIPSOID_SIZE = 0.05;
 
-const mrpt::img::TColor ELLIPSOID_COLOR(0x40, 0x40, 0x40);
+// The second is a colour that nothing else has.
+const mrpt::img::TColor ELLIPSOID_COLOR(0x40, 0x40, 0x40), FREE_MOTION_COLOR(0xCC, 0x00, 0x99);
 
 /// The axes of a frame: x red, y green, z blue.
 mrpt::opengl::CSetOfObjects::Ptr frame_object(const mrpt::poses::CPose3D& pose_in_scene);

@@ -75,18 +75,20 @@ PicturePanels::Legend legend_of(const LogScene& scene)
                 legend.emplace_back(part, it->second);
         return legend;
     }
-    const auto ellipsoid = [&](PicturePanels::Legend legend)
+    const auto with_decorations = [&](PicturePanels::Legend legend)
     {
+        if (o.free_motions && !scene.log()->icpResult.unobservable.empty())
+            legend.emplace_back("free motion", FREE_MOTION_COLOR);
         if (o.covariance)
             legend.emplace_back("3 sigma, x " + short_number(scene.covariance_scale()), ELLIPSOID_COLOR);
         return legend;
     };
-    if (!o.color_by_residual) return ellipsoid({{"global", o.global.color}, {"local", o.local.color}});
+    if (!o.color_by_residual) return with_decorations({{"global", o.global.color}, {"local", o.local.color}});
     const auto color = [](float share) { return mrpt::img::colormap(mrpt::img::cmJET, share); };
-    return ellipsoid({{"global", BEHIND_RESIDUALS_GLOBAL},
-                      {"local, not paired", BEHIND_RESIDUALS_LOCAL},
-                      {"residual 0", color(0)},
-                      {short_number(scene.residual_scale(), "%.2g") + " m", color(1)}});
+    return with_decorations({{"global", BEHIND_RESIDUALS_GLOBAL},
+                             {"local, not paired", BEHIND_RESIDUALS_LOCAL},
+                             {"residual 0", color(0)},
+                             {short_number(scene.residual_scale(), "%.2g") + " m", color(1)}});
 }
 }  // namespace
 

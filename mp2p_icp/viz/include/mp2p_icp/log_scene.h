@@ -61,6 +61,9 @@ struct LogSceneOptions
     bool free_motions = true;  ///< arrows along translations, rings around rotations that nothing determines
 };
 
+/// A white ground, and a light that leaves no side of a thing dark.
+void prepare_viewport(mrpt::opengl::COpenGLViewport& viewport);
+
 /** Everything that can be seen in the log of an ICP run, or in a map, as one MRPT object.
  *
  * Points are handed over once: another moment moves an object, and makes only the pairings anew; another
