@@ -1,12 +1,12 @@
 #!/usr/bin/env bash
 # Installs the Debian 12 packages that mp2p_icp needs, those of them that are missing. sudo only when not root.
-#   scripts/install-dependencies.sh [ci]      ci: also what .ci/run needs (clang-format, and a browser for the tests of HTML pages)
+#   scripts/install-dependencies.sh [ci]      ci: also what .ci/run needs (clang-format; a virtual screen and a browser for tests)
 set -euo pipefail
 
 packages=(build-essential cmake ninja-build pkg-config ccache
   libmrpt-dev mrpt-common libeigen3-dev libnanoflann-dev libtbb-dev libcli11-dev libgtest-dev libbenchmark-dev
   zlib1g-dev liblzf-dev libfyaml-dev libegl1 libgl1-mesa-dri glmark2-data python3-matplotlib)
-[ "${1:-}" = ci ] && packages+=(clang-format git chromium-headless-shell)
+[ "${1:-}" = ci ] && packages+=(clang-format git xvfb xdotool chromium-headless-shell)
 
 missing=()
 for package in "${packages[@]}"; do

@@ -1,6 +1,5 @@
 #include <gtest/gtest.h>
 #include <mp2p_icp/LogRecord.h>
-#include <mrpt/io/CFileGZInputStream.h>
 #include <mrpt/io/CMemoryStream.h>
 #include <mrpt/serialization/CArchive.h>
 
@@ -111,10 +110,7 @@ TEST(debug_log, is_written_under_the_name_asked_for_in_folders_that_are_made)
     t.bench.align(t.local, t.global);
     const auto file = folder / "sub" / "run-7-here-8.icplog";
     ASSERT_TRUE(std::filesystem::exists(file));
-    mrpt::io::CFileGZInputStream in(file.string());
-    auto archive = mrpt::serialization::archiveFrom(in);
-    LogRecord again;
-    archive >> again;
+    const LogRecord again = LogRecord::load_from_file(file.string());
     EXPECT_EQ(again.pcLocal->label.value_or(""), "here");
     std::filesystem::remove_all(folder);
 }

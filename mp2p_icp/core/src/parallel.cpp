@@ -4,6 +4,7 @@
 
 #ifdef MP2P_ICP_HAS_TBB
 #include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
 #endif
 
 namespace mp2p_icp
@@ -21,6 +22,15 @@ void parallel_for_blocks(size_t count, const std::function<void(size_t first, si
     tbb::parallel_for(size_t(0), blocks, do_block);
 #else
     for (size_t b = 0; b < blocks; b++) do_block(b);
+#endif
+}
+
+size_t threads_at_hand()
+{
+#ifdef MP2P_ICP_HAS_TBB
+    return static_cast<size_t>(tbb::this_task_arena::max_concurrency());
+#else
+    return 1;
 #endif
 }
 

@@ -29,7 +29,7 @@ mrpt::math::TPoint3D centre_of(const metric_map_t& map)
 
 AlignRun::AlignRun(const ICP& icp, const metric_map_t& local, const metric_map_t& global,
                    const CPose3D& guess, const Parameters& parameters,
-                   const std::optional<mrpt::poses::CPose3DPDFGaussianInf>& prior, LogRecord* log)
+                   const std::optional<mrpt::poses::CPose3DPDFGaussianInf>& prior, DebugLog& log)
     : icp_(icp),
       local_(local),
       global_(global),
@@ -48,6 +48,7 @@ AlignRun::AlignRun(const ICP& icp, const metric_map_t& local, const metric_map_t
 Results AlignRun::run()
 {
     iterate();
+    const auto timer = log_.time("quality");
     Results out;
     judge(out);
     describe_returned_pose(out);
@@ -84,8 +85,7 @@ bool AlignRun::one_iteration(uint32_t iteration)
         return false;
     };
     const auto tle = mrpt::system::CTimeLoggerEntry(*icp_.profiler_, "align.iteration");
-    const Pairings pairings =
-        run_matchers(icp_.matchers_, global_, local_, pose_, match_context(iteration), state_);
+    const Pairings pairings = match(iteration);
     if (pairings.empty())
     {
         nobody_matched_ = std::none_of(icp_.matchers_.begin(), icp_.matchers_.end(),
@@ -93,7 +93,7 @@ bool AlignRun::one_iteration(uint32_t iteration)
         return ends_with(IterTermReason::NoPairings);
     }
     if (!solve(pairings, iteration)) return ends_with(IterTermReason::SolverError);
-    log_iteration(pairings, iteration);
+    log_.add_iteration(iteration, *before_, pose_, pairings, gate(iteration));
     print_iteration(pairings, iteration);
     if (has_diverged(pose_))
     {
@@ -105,8 +105,15 @@ bool AlignRun::one_iteration(uint32_t iteration)
     return true;
 }
 
+Pairings AlignRun::match(uint32_t iteration)
+{
+    const auto timer = log_.time("match");
+    return run_matchers(icp_.matchers_, global_, local_, pose_, match_context(iteration), state_);
+}
+
 bool AlignRun::solve(const Pairings& pairings, uint32_t iteration)
 {
+    const auto timer = log_.time("solve");
     const auto tle = mrpt::system::CTimeLoggerEntry(*icp_.profiler_, "align.solve");
     solver_context_.guessRelativePose = pose_;
     solver_context_.icpIteration = iteration;
@@ -193,14 +200,6 @@ bool AlignRun::hook_stops(const Pairings& pairings, uint32_t iteration) const
     input.pcGlobal = &global_, input.pcLocal = &local_;
     input.currentPairings = &pairings, input.currentSolution = &solution_, input.currentIteration = iteration;
     return icp_.iteration_hook_(input).request_stop;
-}
-
-void AlignRun::log_iteration(const Pairings& pairings, uint32_t iteration)
-{
-    if (!log_ || !parameters_.saveIterationDetails || iteration % parameters_.decimationIterationDetails != 0)
-        return;
-    if (!log_->iterationsDetails) log_->iterationsDetails.emplace();
-    (*log_->iterationsDetails)[iteration] = {pose_, pairings};
 }
 
 void AlignRun::print_iteration(const Pairings& pairings, uint32_t iteration) const

@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "pairings_on_surfaces.h"
+#include "debug_log.h"
 
 namespace mp2p_icp
 {
@@ -16,7 +17,7 @@ class AlignRun
  public:
     AlignRun(const ICP& icp, const metric_map_t& local, const metric_map_t& global,
              const mrpt::poses::CPose3D& guess, const Parameters& parameters,
-             const std::optional<mrpt::poses::CPose3DPDFGaussianInf>& prior, LogRecord* log);
+             const std::optional<mrpt::poses::CPose3DPDFGaussianInf>& prior, DebugLog& log);
 
     Results run();
 
@@ -24,6 +25,7 @@ class AlignRun
     void iterate();
     /// One round of match and solve. \return false when the run has ended.
     bool one_iteration(uint32_t iteration);
+    Pairings match(uint32_t iteration);
     bool solve(const Pairings& pairings, uint32_t iteration);
     bool has_diverged(const mrpt::poses::CPose3D& pose) const;
     /// The pose has come back to where it was so many iterations ago; a period of 1 is a stall.
@@ -36,7 +38,6 @@ class AlignRun
     void end(const Ending& ending);
     bool checkpoint_passed(const Pairings& pairings, uint32_t iteration) const;
     bool hook_stops(const Pairings& pairings, uint32_t iteration) const;
-    void log_iteration(const Pairings& pairings, uint32_t iteration);
     void print_iteration(const Pairings& pairings, uint32_t iteration) const;
 
     /// Are matching distances, matchers or solvers going to change after this iteration, and when?
@@ -67,7 +68,7 @@ class AlignRun
     const MapOffsets offsets_;
     const mrpt::poses::CPose3D original_guess_, guess_;
     std::optional<mrpt::poses::CPose3DPDFGaussianInf> original_prior_;
-    LogRecord* log_;
+    DebugLog& log_;
     MatchState state_;
     SolverContext solver_context_;
     std::optional<double> first_gate_;

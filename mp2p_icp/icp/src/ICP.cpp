@@ -48,8 +48,11 @@ void ICP::align(const metric_map_t& pcLocal, const metric_map_t& pcGlobal,
         throw std::invalid_argument("ICP::align: the prior's mean must be finite");
 
     const auto tle = mrpt::system::CTimeLoggerEntry(*profiler_, "align");
-    DebugLog log(pcLocal, pcGlobal, initialGuessLocalWrtGlobal, p, outputDebugInfo);
-    result = AlignRun(*this, pcLocal, pcGlobal, guess, p, prior, log.record()).run();
+    DebugLog log(*this, pcLocal, pcGlobal, initialGuessLocalWrtGlobal, p, prior, outputDebugInfo);
+    {
+        const auto timer = log.time("total");
+        result = AlignRun(*this, pcLocal, pcGlobal, guess, p, prior, log).run();
+    }
     log.finish(result);
 }
 

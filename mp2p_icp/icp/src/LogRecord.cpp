@@ -1,71 +1,68 @@
 #include <mp2p_icp/LogRecord.h>
+#include <mp2p_icp/archive_file.h>
 #include <mp2p_icp/errors.h>
-#include <mrpt/io/CFileGZOutputStream.h>
-#include <mrpt/serialization/CArchive.h>
-#include <mrpt/serialization/optional_serialization.h>
-#include <mrpt/serialization/stl_serialization.h>
 
-#include <sstream>
+#include <stdexcept>
 
-IMPLEMENTS_SERIALIZABLE(LogRecord, mrpt::serialization::CSerializable, mp2p_icp)
+#include "log_version.h"
 
 namespace mp2p_icp
 {
 namespace
 {
-std::string as_text(const yaml& y)
+/// What the parser does not check: enumerations, that is, and whatever else others rely on.
+void check(const LogRecord& log)
 {
-    std::stringstream out;
-    y.printAsYAML(out);
-    return out.str();
+    if (log.icpResult.verdict > Verdict::failed) throw std::runtime_error("there is no such verdict");
+    if (log.icpResult.terminationReason > IterTermReason::Cycled)
+        throw std::runtime_error("there is no such termination reason");
+    for (const auto& twist : log.icpResult.unobservable)
+        if (twist.kind > FreeTwist::Kind::Screw) throw std::runtime_error("there is no such kind of motion");
+    for (const auto& map : {log.pcGlobal, log.pcLocal})
+    {
+        (void)map->coordinate_offset();  // throws if it is not three numbers
+        (void)map->contents_summary(), (void)map->bounding_box();
+    }
+}
+
+void check_head(const std::string& file_name, const ArchiveHead& head)
+{
+    if (head.class_name.empty()) throw DataError(file_name, "", "an ICP log (.icplog)", "no MRPT archive");
+    if (head.class_name != "mp2p_icp::LogRecord")
+        throw DataError(file_name, "", "an ICP log (.icplog)", "an object of the class " + head.class_name);
+    if (head.version < LOG_VERSION)
+        throw DataError(file_name, "is a log of the original mp2p_icp (version " +
+                                       std::to_string(head.version) +
+                                       " of its format), which this program does not read: it has other "
+                                       "contents. Open it with the original's icp-log-viewer, or log the run "
+                                       "again with this library");
+    if (head.version > LOG_VERSION)
+        throw DataError(file_name, "", "version " + std::to_string(LOG_VERSION) + " of the ICP log",
+                        "version " + std::to_string(head.version) + ", of a newer mp2p_icp");
 }
 }  // namespace
 
-uint8_t LogRecord::serializeGetVersion() const
-{
-    return 0;
-}
-
-void LogRecord::serializeTo(mrpt::serialization::CArchive& out) const
-{
-    out << *pcGlobal << *pcLocal << initialGuessLocalWrtGlobal;
-    out << as_text(icpParameters.save_parameters());
-    icpResult.serializeTo(out);
-    out.WriteAs<uint64_t>(iterationsDetails ? iterationsDetails->size() : 0);
-    if (iterationsDetails)
-        for (const auto& [iteration, details] : *iterationsDetails)
-            out.WriteAs<uint64_t>(iteration), out << details.optimalPose << details.pairings;
-    out << dynamicVariables;
-}
-
-void LogRecord::serializeFrom(mrpt::serialization::CArchive& in, uint8_t version)
-{
-    if (version != 0) throw DataError("ICP log", "", "version 0", "version " + std::to_string(version));
-    auto global = std::make_shared<metric_map_t>(), local = std::make_shared<metric_map_t>();
-    in >> *global >> *local >> initialGuessLocalWrtGlobal;
-    pcGlobal = global, pcLocal = local;
-    std::string parameters;
-    in >> parameters;
-    icpParameters.load_parameters(yaml_from_text(parameters));
-    icpResult.serializeFrom(in);
-    iterationsDetails.reset();
-    for (uint64_t left = in.ReadAs<uint64_t>(); left > 0; left--)
-    {
-        if (!iterationsDetails) iterationsDetails.emplace();
-        const auto iteration = in.ReadAs<uint64_t>();
-        auto& details = (*iterationsDetails)[iteration];
-        in >> details.optimalPose >> details.pairings;
-    }
-    in >> dynamicVariables;
-}
-
 bool LogRecord::save_to_file(const std::string& file_name) const
 {
-    mrpt::io::CFileGZOutputStream file;
-    if (!file.open(file_name)) return false;
-    auto archive = mrpt::serialization::archiveFrom(file);
-    archive << *this;
-    return true;
+    try
+    {
+        write_archive_file(file_name, *this);
+        return true;
+    }
+    catch (const DataError&)
+    {
+        return false;
+    }
+}
+
+LogRecord LogRecord::load_from_file(const std::string& file_name)
+{
+    const std::string bytes = read_archive_file(file_name);
+    check_head(file_name, archive_head(bytes));
+    const auto check_object = [](mrpt::serialization::CSerializable& object)
+    { check(dynamic_cast<LogRecord&>(object)); };
+    const auto object = read_archive_object(file_name, bytes, check_object);
+    return std::move(dynamic_cast<LogRecord&>(*object));
 }
 
 }  // namespace mp2p_icp

@@ -1,9 +1,19 @@
 #include "debug_log.h"
 
+#include <mp2p_icp/ICP.h>
+#include <mp2p_icp/errors.h>
+#include <mp2p_icp/observability.h>
+#include <mp2p_icp/pose_step.h>
+#include <mp2p_icp/se3.h>
+
+#include <algorithm>
 #include <atomic>
 #include <cstdlib>
-#include <filesystem>
 #include <iostream>
+#include <limits>
+
+#include "debug_file.h"
+#include "pairing_cost.h"
 
 namespace mp2p_icp
 {
@@ -15,40 +25,45 @@ bool environment_asks()
     return value && std::string(value) != "0" && *value;
 }
 
+/// Is this run the one of so many that is written to a file?
+bool is_turn(uint32_t decimation)
+{
+    static std::atomic<uint64_t> runs{0};
+    return runs++ % std::max(1u, decimation) == 0;
+}
+
+/// With layers of its own, so that what is done to them is not done to the caller's.
+metric_map_t::Ptr deep_copy(const metric_map_t& map)
+{
+    auto copy = std::make_shared<metric_map_t>(map);
+    for (auto& [name, layer] : copy->layers)
+        if (layer) layer = std::dynamic_pointer_cast<mrpt::maps::CMetricMap>(layer->duplicateGetSmartPtr());
+    return copy;
+}
+
 metric_map_t::ConstPtr for_the_log(const metric_map_t& map, const std::function<void(metric_map_t&)>& edit)
 {
     if (!edit) return map.get_shared_from_this_or_clone();
-    auto copy = std::make_shared<metric_map_t>(map);
+    const auto copy = deep_copy(map);
     edit(*copy);
     return copy;
 }
 
-void replace_all(std::string& text, const std::string& token, const std::string& by)
+RunVariables variables_of(const PipelineRecord& pipeline)
 {
-    for (auto at = text.find(token); at != std::string::npos; at = text.find(token, at + by.size()))
-        text.replace(at, token.size(), by);
+    RunVariables all;
+    for (const auto* stages : {&pipeline.matchers, &pipeline.solvers, &pipeline.quality})
+        for (const auto& stage : *stages) all.insert(stage.variables.begin(), stage.variables.end());
+    return all;
 }
-
-std::string file_name_for(const LogRecord& log, uint64_t unique)
-{
-    const auto id = [](const metric_map_t& m) { return m.id ? std::to_string(*m.id) : std::string(); };
-    const auto label = [](const metric_map_t& m) { return m.label.value_or(""); };
-    char number[24];
-    std::snprintf(number, sizeof(number), "%05llu", static_cast<unsigned long long>(unique));
-    std::string name = log.icpParameters.debugFileNameFormat;
-    replace_all(name, "$UNIQUE_ID", number);
-    replace_all(name, "$LOCAL_ID", id(*log.pcLocal)), replace_all(name, "$LOCAL_LABEL", label(*log.pcLocal));
-    replace_all(name, "$GLOBAL_ID", id(*log.pcGlobal)),
-        replace_all(name, "$GLOBAL_LABEL", label(*log.pcGlobal));
-    return name;
-}
-
-std::atomic<uint64_t> runs_logged{0};
 }  // namespace
 
-DebugLog::DebugLog(const metric_map_t& local, const metric_map_t& global, const mrpt::math::TPose3D& guess,
-                   const Parameters& parameters, const mrpt::optional_ref<LogRecord>& wanted_by_caller)
-    : write_file_(parameters.generateDebugFiles || environment_asks())
+DebugLog::DebugLog(const ICP& icp, const metric_map_t& local, const metric_map_t& global,
+                   const mrpt::math::TPose3D& guess, const Parameters& parameters,
+                   const std::optional<mrpt::poses::CPose3DPDFGaussianInf>& prior,
+                   const mrpt::optional_ref<LogRecord>& wanted_by_caller)
+    : write_file_((parameters.generateDebugFiles || environment_asks()) &&
+                  is_turn(parameters.decimationDebugFiles))
 {
     if (wanted_by_caller)
         record_ = &wanted_by_caller.value().get();
@@ -56,25 +71,72 @@ DebugLog::DebugLog(const metric_map_t& local, const metric_map_t& global, const 
         record_ = &own_.emplace();
     else
         return;
-    *record_ = LogRecord();
+    try
+    {
+        *record_ = LogRecord();
+        begin(icp, local, global, parameters);
+        record_->initialGuessLocalWrtGlobal = guess;
+        record_->prior = prior;
+    }
+    catch (const std::exception& e)  // of a functor, for example
+    {
+        std::cerr << "[mp2p_icp] there will be no log: " << short_reason(e) << "\n";
+        *record_ = LogRecord();
+        record_ = nullptr;
+    }
+}
+
+void DebugLog::begin(const ICP& icp, const metric_map_t& local, const metric_map_t& global,
+                     const Parameters& parameters)
+{
     record_->pcLocal = for_the_log(local, parameters.functor_before_logging_local);
     record_->pcGlobal = for_the_log(global, parameters.functor_before_logging_global);
-    record_->initialGuessLocalWrtGlobal = guess;
+    record_->localWasEdited = static_cast<bool>(parameters.functor_before_logging_local);
+    record_->globalWasEdited = static_cast<bool>(parameters.functor_before_logging_global);
     record_->icpParameters = parameters;
+    record_->pipeline = PipelineRecord::of(icp);
+    record_->dynamicVariables = variables_of(record_->pipeline);
+    record_->environment = this_environment();
+}
+
+void DebugLog::add_iteration(uint32_t iteration, const mrpt::poses::CPose3D& before,
+                             const mrpt::poses::CPose3D& pose, const Pairings& pairings,
+                             const std::optional<double>& gate)
+{
+    if (!record_) return;
+    const auto timer = time("log");
+    IterationRecord r;
+    r.iteration = iteration, r.pose = pose;
+    const PoseStep step = step_between(before, pose);
+    r.step_trans = step.metres, r.step_rot = step.radians;
+    r.gate = gate.value_or(std::numeric_limits<double>::infinity());
+    r.pairings = pairings.size(), r.potential_pairings = pairings.potential_pairings;
+    if (is_finite(pose))
+    {
+        const auto seen = observability(pairings, pose);
+        r.cost = weighted_cost(pairings, pose), r.residual_rms = seen.residual_rms, r.rank = seen.rank;
+    }
+    record_->iterations.push_back(r);
+    const auto& parameters = record_->icpParameters;
+    if (!parameters.saveIterationDetails ||
+        iteration % std::max(1u, parameters.decimationIterationDetails) != 0)
+        return;
+    if (!record_->iterationsDetails) record_->iterationsDetails.emplace();
+    (*record_->iterationsDetails)[iteration] = {pose, pairings};
 }
 
 void DebugLog::finish(const Results& results)
 {
     if (!record_) return;
-    record_->icpResult = results;
-    if (!write_file_) return;
-    const uint64_t unique = runs_logged++;
-    if (unique % record_->icpParameters.decimationDebugFiles != 0) return;
-    const std::string name = file_name_for(*record_, unique);
-    std::error_code ignored;
-    const auto folder = std::filesystem::path(name).parent_path();
-    if (!folder.empty()) std::filesystem::create_directories(folder, ignored);
-    if (!record_->save_to_file(name)) std::cerr << "[mp2p_icp] cannot write the debug log '" << name << "'\n";
+    try
+    {
+        record_->icpResult = results;
+        if (write_file_) write_debug_file(*record_);
+    }
+    catch (const std::exception& e)
+    {
+        std::cerr << "[mp2p_icp] cannot write the debug log: " << short_reason(e) << "\n";
+    }
 }
 
 }  // namespace mp2p_icp

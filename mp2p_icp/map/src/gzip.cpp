@@ -99,6 +99,12 @@ std::string gunzip(const std::string& source, std::string_view compressed)
     return content;
 }
 
+std::string gunzip_all(const std::string& source, std::string bytes)
+{
+    for (int i = 0; i < 2 && is_gzip(bytes); i++) bytes = gunzip(source, bytes);
+    return bytes;
+}
+
 std::string gzip(std::string_view content)
 {
     z_stream z = {};

@@ -13,6 +13,9 @@ bool is_gzip(std::string_view bytes);
  */
 std::string gunzip(const std::string& source, std::string_view compressed);
 
+/// The same for what may be compressed or not, and MRPT's own files compressed again as `.gz`: up to twice.
+std::string gunzip_all(const std::string& source, std::string bytes);
+
 /// One gzip member without name or time, so that equal contents give equal files.
 std::string gzip(std::string_view content);
 

@@ -32,8 +32,7 @@ Content read_content(const std::string& path)
     Content c;
     c.bytes = read_whole_file(path);
     const bool compressed = is_gzip(c.bytes);
-    // Twice: MRPT's own files are compressed, and may have been compressed again as `.gz`.
-    for (int i = 0; i < 2 && is_gzip(c.bytes); i++) c.bytes = gunzip(path, c.bytes);
+    c.bytes = gunzip_all(path, std::move(c.bytes));
     // Windows programs begin a text in UTF-8 with it.
     if (constexpr std::string_view BYTE_ORDER_MARK = "\xef\xbb\xbf"; c.bytes.rfind(BYTE_ORDER_MARK, 0) == 0)
         c.bytes.erase(0, BYTE_ORDER_MARK.size());

@@ -1,4 +1,4 @@
-#include <mp2p_icp/errors.h>
+#include <mp2p_icp/archive_file.h>
 
 #include <cmath>
 
@@ -8,13 +8,6 @@ namespace mp2p_icp
 {
 namespace
 {
-metric_map_t::Ptr parse(std::string_view bytes)
-{
-    const auto map = std::dynamic_pointer_cast<metric_map_t>(ArchiveReader(bytes).read());
-    if (!map) throw std::runtime_error("the archive holds no map");
-    return map;
-}
-
 /// \return the number of points that were taken out.
 uint64_t drop_nonfinite(mrpt::maps::CPointsMap& points)
 {
@@ -31,28 +24,31 @@ uint64_t drop_nonfinite(mrpt::maps::CPointsMap& points)
     return count;
 }
 
-LoadedMap parse_and_check(std::string_view bytes)
+/// What the reading of a map finds: fills the report, all but its source.
+void check_map(metric_map_t& map, LoadReport& report)
 {
-    LoadedMap out;
-    out.map = parse(bytes);
-    out.report.kind = "metric map (.mm)";
-    out.report.points_read = out.map->size_points_only();
-    for (const auto& [name, layer] : out.map->layers)
-        if (auto* points = MapToPointsMap(*layer))
-            out.report.points_dropped_nonfinite += drop_nonfinite(*points);
-    if (out.report.points_read > 0 && out.report.points_read == out.report.points_dropped_nonfinite)
-        throw std::runtime_error("there is no finite point among its " +
-                                 std::to_string(out.report.points_read) + " points");
-    (void)out.map->coordinate_offset();  // throws if it is not three numbers
-    return out;
+    report = LoadReport();
+    report.kind = "metric map (.mm)";
+    report.points_read = map.size_points_only();
+    for (const auto& [name, layer] : map.layers)
+        if (auto* points = MapToPointsMap(*layer)) report.points_dropped_nonfinite += drop_nonfinite(*points);
+    if (report.points_read > 0 && report.points_read == report.points_dropped_nonfinite)
+        throw std::runtime_error("there is no finite point among its " + std::to_string(report.points_read) +
+                                 " points");
+    (void)map.coordinate_offset();  // throws if it is not three numbers
 }
 }  // namespace
 
 LoadedMap read_metric_map(const std::string& source, std::string_view bytes)
 {
-    rehearse(source, bytes, [&] { return parse_and_check(bytes).report.kind; });
     LoadedMap out;
-    perform(source, [&] { out = parse_and_check(bytes); });
+    const auto check = [&out](mrpt::serialization::CSerializable& object)
+    {
+        auto* map = dynamic_cast<metric_map_t*>(&object);
+        if (!map) throw std::runtime_error("the archive holds no map");
+        check_map(*map, out.report);
+    };
+    out.map = std::dynamic_pointer_cast<metric_map_t>(read_archive_object(source, bytes, check));
     out.report.source = source;
     return out;
 }

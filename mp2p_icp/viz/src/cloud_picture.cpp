@@ -1,5 +1,4 @@
 #include <mp2p_icp/cloud_picture.h>
-#include <mp2p_icp/offscreen_render.h>
 #include <mp2p_icp/point_fields.h>
 #include <mp2p_icp/se3.h>
 #include <mrpt/opengl/CPointCloud.h>
@@ -8,14 +7,12 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "view_scene.h"
+
 namespace mp2p_icp
 {
 namespace
 {
-constexpr int SUPERSAMPLING = 2;
-constexpr double PRIORITY_SHIFT =
-    0.004;  // of the picture's height: how much nearer to the eye the next cloud is drawn
-
 void append_finite(PointSet& out, const mrpt::maps::CPointsMap& cloud,
                    const mrpt::poses::CPose3D& T_world_map)
 {
@@ -60,17 +57,16 @@ float point_size_for(size_t point_count, int width_px, int height_px)
                       LARGEST_POINT_PX);
 }
 
+float point_size_behind(float size_px)
+{
+    constexpr float GROWTH = 0.75f;
+    return size_px + GROWTH * (size_px - SMALLEST_POINT_PX);
+}
+
 mrpt::opengl::COpenGLScene::Ptr make_cloud_scene(const std::vector<DrawnCloud>& clouds, const OrthoView& view,
                                                  int width_px, int height_px)
 {
-    auto scene = mrpt::opengl::COpenGLScene::Create();
-    auto viewport = scene->getViewport();
-    viewport->setCustomBackgroundColor({1, 1, 1, 1});
-    viewport->getCamera() = view.camera(width_px, height_px);
-    viewport->setViewportClipDistances(0, static_cast<float>(2 * view.depth / view.height));
-
-    // In a parallel view, a shift towards the eye changes nothing but who hides whom. Between points that the
-    // depth buffer cannot tell apart (Mesa: 1/4096 of the depth shown), the one that was drawn first is seen.
+    auto scene = scene_of_view(view, width_px, height_px);
     for (size_t i = clouds.size(); i-- > 0;)
         scene->insert(cloud_object(clouds[i], view, PRIORITY_SHIFT * static_cast<double>(i)));
     return scene;
@@ -80,13 +76,7 @@ mrpt::img::CImage draw_clouds(std::vector<DrawnCloud> clouds, const OrthoView& v
                               int height_px)
 {
     for (auto& cloud : clouds) cloud.point_size_px *= SUPERSAMPLING;
-    const int width = SUPERSAMPLING * width_px, height = SUPERSAMPLING * height_px;
-    const auto scene = make_cloud_scene(clouds, view, width, height);
-    const auto large = render_offscreen(*scene, width, height);
-    mrpt::img::CImage picture;
-    large.scaleImage(picture, static_cast<unsigned>(width_px), static_cast<unsigned>(height_px),
-                     mrpt::img::IMG_INTERP_AREA);
-    return picture;
+    return render_smooth(*make_cloud_scene(clouds, view, width_px, height_px), width_px, height_px);
 }
 
 }  // namespace mp2p_icp

@@ -17,6 +17,9 @@ constexpr size_t BLOCK_SIZE = 1024;
  */
 void parallel_for_blocks(size_t count, const std::function<void(size_t first, size_t last)>& work);
 
+/// How many threads parallel_for_blocks() may use here and now.
+size_t threads_at_hand();
+
 /** Sum of `part(first, last)` over the blocks of `count` items, always added in the order of the blocks:
  * bit-identical on any number of threads. `Sum` needs a default value of zero and `+=`.
  */

@@ -2,6 +2,7 @@
 
 #include <mp2p_icp/metricmap.h>
 #include <mp2p_icp/ortho_view.h>
+#include <mp2p_icp/picture_panels.h>
 #include <mrpt/img/CImage.h>
 #include <mrpt/img/TColor.h>
 #include <mrpt/poses/CPose3D.h>
@@ -20,12 +21,6 @@ struct SnapshotOptions
     // Blue and orange of the Okabe-Ito palette: told apart by all kinds of colour vision, and in grey print.
     mrpt::img::TColor global_color{0x00, 0x72, 0xB2};
     mrpt::img::TColor local_color{0xD5, 0x5E, 0x00};
-};
-
-/// A rectangle of a picture, in pixels from its left and top borders.
-struct PictureArea
-{
-    int left = 0, top = 0, width = 0, height = 0;
 };
 
 /// A finished picture, and how to find a world point in it.

@@ -32,6 +32,10 @@ constexpr float LARGEST_POINT_PX = 4.0f;
 /// [SMALLEST_POINT_PX, LARGEST_POINT_PX].
 float point_size_for(size_t point_count, int width_px, int height_px);
 
+/// For points of that size behind which others stand. Where points are few, those behind are larger: a rim of
+/// them stays in sight. Where they are many, larger ones would only cover more of the others.
+float point_size_behind(float size_px);
+
 /** The clouds on a white ground, with the camera of the view in the main viewport; OrthoView tells the
  * scene's origin and unit. Where points of two clouds meet, the cloud that comes later in the list is
  * seen.
