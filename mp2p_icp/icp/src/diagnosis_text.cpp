@@ -29,12 +29,14 @@ std::string percent(double share)
     return number(std::round(100 * share)) + " %";
 }
 
+/// To a tenth of a millimetre, and as fine in degrees.
 std::string pose_text(const CPose3D& p)
 {
     using mrpt::RAD2DEG;
-    return "x=" + number(p.x()) + " y=" + number(p.y()) + " z=" + number(p.z()) +
-           " m, yaw=" + number(RAD2DEG(p.yaw())) + " pitch=" + number(RAD2DEG(p.pitch())) +
-           " roll=" + number(RAD2DEG(p.roll())) + " deg";
+    const auto fine = [](double value) { return number(std::round(1e4 * value) / 1e4 + 0.0); };
+    return "x=" + fine(p.x()) + " y=" + fine(p.y()) + " z=" + fine(p.z()) +
+           " m, yaw=" + fine(RAD2DEG(p.yaw())) + " pitch=" + fine(RAD2DEG(p.pitch())) +
+           " roll=" + fine(RAD2DEG(p.roll())) + " deg";
 }
 
 /// The two sentences of a cause: what it is, and what to try.
@@ -91,7 +93,7 @@ CauseText text_of_better_fit(Cause cause, const Diagnosis& d, const DiagnosisFac
                     " m at the end) is too large: far pairs pull the pose away from where " + fits + ".",
                 "let the matching distance shrink with the iterations to about " + number(f.nearby) + " m."};
         default:
-            return {"bad guess: " + fits + ", " + off + ", at another minimum than the one found.",
+            return {"bad guess: " + fits + ", " + off + ", where matching from there does not lead.",
                     "give a guess near" + where.substr(where.empty() ? 0 : 3) + "."};
     }
 }
@@ -129,7 +131,7 @@ CauseText text_of(Cause cause, const LogRecord& log, const Diagnosis& d, const D
 std::string overlap_sentence(const LogRecord& log, const Diagnosis& d, const DiagnosisFacts& f)
 {
     const auto& pairs = log.icpResult.finalPairings;
-    std::string out = "Overlap: " + pairs.contents_summary() + " paired";
+    std::string out = "Overlap: " + pairs.contents_summary();
     if (f.nearby > 0)
         out += "; " + percent(d.overlap) + " of the local surfaces lie on global ones where it ended, " +
                percent(f.overlap_at_guess) + " at the guess";
@@ -152,6 +154,7 @@ std::string stop_sentence(const LogRecord& log)
 std::string axes_sentence(const std::vector<FreeTwist>& free)
 {
     if (free.empty()) return "Free axes: none.";
+    if (free.size() == 6) return "Free axes: all, for want of pairings.";
     std::string out = "Free axes:";
     for (const auto& t : free)
         out += (&t == &free.front() ? " " : ", ") + to_string(t.kind) +
