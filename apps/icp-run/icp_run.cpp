@@ -14,6 +14,7 @@
 #include "aligned_cloud.h"
 #include "describe.h"
 #include "input_maps.h"
+#include "log_commands.h"
 #include "options.h"
 #include "pipeline_choice.h"
 #include "pose_text.h"
@@ -269,16 +270,24 @@ void Run::write_snapshot()
                                       picture, options_.snapshot);
 }
 
-ExitCode run_with(const Options& options, const ProgramStreams& streams)
+int run_with(const Options& options, const ProgramStreams& streams)
 {
     if (!options.describe.empty())
     {
         streams.out << describe_class(options.describe);
         return EXIT_ALIGNED;
     }
-    ExitCode code = EXIT_WRONG_INPUT;
+    int code = EXIT_WRONG_INPUT;
     Progress progress(streams.err, streams.err_is_terminal);
-    with_threads(options.threads, [&] { code = Run(options, streams.out, progress).run(); });
+    const auto work = [&]
+    {
+        if (!options.replay.empty()) progress.stage("running it again");
+        if (!options.why.empty()) progress.stage("looking for the cause");
+        code = !options.replay.empty() ? replay_log(options.replay, streams.out)
+               : !options.why.empty()  ? explain_log(options.why, streams.out)
+                                       : Run(options, streams.out, progress).run();
+    };
+    with_threads(options.threads, work);
     return code;
 }
 

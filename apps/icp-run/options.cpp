@@ -35,11 +35,16 @@ Examples:
   Two entries of a rawlog, and one of a simplemap; layers made by generators from a file:
     icp-run --input-local "run.rawlog:12" --input-global "run.rawlog:10"
     icp-run --input-local "run.rawlog:12" --input-global "place.simplemap:3" --config-generators gens.yaml
+  The whole story of a run in a file, which can be run again, and explained in a few lines:
+    icp-run --input-local scan.ply --input-global map.ply -d
+    icp-run --replay icp-run-00000-local--global-.icplog
+    icp-run --why icp-run-00000-local--global-.icplog
   What can be set in a pipeline:
     icp-run --describe Matcher_Points_DistanceThreshold
     icp-run --describe all
 
 Exit code: 0 aligned; 1 wrong usage or input (the reason is on stderr); 2 ran, but the result is not to be trusted.
+With --replay: 0 the result is the same, 1 it is not, or the log cannot be read.
 )";
 
 const char* const POSE = "POSE";
@@ -94,6 +99,12 @@ void declare_outputs(CLI::App& app, Options& o)
         ->type_name("FILE.png");
     app.add_flag("-d,--generate-debug-log", o.generate_debug_log,
                  "Write the whole story of the run as an .icplog file");
+    app.add_option("--replay", o.replay,
+                   "Run a logged alignment again, and say whether the result is the same, or what differs")
+        ->type_name("FILE.icplog");
+    app.add_option("--why", o.why,
+                   "Say in a few lines why a logged alignment ended as it did, and what to try")
+        ->type_name("FILE.icplog");
     app.add_flag("--profiler", o.profiler, "Print the times of the stages at the end");
     app.add_option(
            "--describe", o.describe,
@@ -119,7 +130,7 @@ std::string hint_for_unknown(const CLI::App& app)
 
 void check_inputs_given(const Options& o)
 {
-    if (!o.describe.empty()) return;
+    if (!o.describe.empty() || !o.replay.empty() || !o.why.empty()) return;
     for (const auto& [name, value] :
          {std::pair("--input-local", &o.input_local), {"--input-global", &o.input_global}})
         if (value->empty())

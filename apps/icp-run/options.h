@@ -17,7 +17,7 @@ struct Options
     std::string guess = "[0 0 0 0 0 0]";
     std::string ground_truth;
     std::string output_result, output_aligned, snapshot;
-    std::string describe;
+    std::string describe, replay, why;  ///< one of these: done instead of an alignment
     std::optional<unsigned> threads;
     bool generate_debug_log = false;
     bool profiler = false;

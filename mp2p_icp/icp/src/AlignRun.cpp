@@ -93,7 +93,7 @@ bool AlignRun::one_iteration(uint32_t iteration)
         return ends_with(IterTermReason::NoPairings);
     }
     if (!solve(pairings, iteration)) return ends_with(IterTermReason::SolverError);
-    log_.add_iteration(iteration, *before_, pose_, pairings, gate(iteration));
+    log_.add_iteration(iteration, *before_, solution_, pairings, gate(iteration));
     print_iteration(pairings, iteration);
     if (has_diverged(pose_))
     {

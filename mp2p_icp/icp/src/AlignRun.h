@@ -6,8 +6,8 @@
 
 #include <optional>
 
-#include "pairings_on_surfaces.h"
 #include "debug_log.h"
+#include "pairings_on_surfaces.h"
 
 namespace mp2p_icp
 {

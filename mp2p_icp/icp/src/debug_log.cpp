@@ -2,7 +2,6 @@
 
 #include <mp2p_icp/ICP.h>
 #include <mp2p_icp/errors.h>
-#include <mp2p_icp/observability.h>
 #include <mp2p_icp/pose_step.h>
 #include <mp2p_icp/se3.h>
 
@@ -100,22 +99,20 @@ void DebugLog::begin(const ICP& icp, const metric_map_t& local, const metric_map
 }
 
 void DebugLog::add_iteration(uint32_t iteration, const mrpt::poses::CPose3D& before,
-                             const mrpt::poses::CPose3D& pose, const Pairings& pairings,
+                             const OptimalTF_Result& solution, const Pairings& pairings,
                              const std::optional<double>& gate)
 {
     if (!record_) return;
     const auto timer = time("log");
+    const auto& pose = solution.optimalPose;
     IterationRecord r;
-    r.iteration = iteration, r.pose = pose;
+    r.iteration = iteration, r.pose = pose, r.rank = solution.rank;
     const PoseStep step = step_between(before, pose);
     r.step_trans = step.metres, r.step_rot = step.radians;
     r.gate = gate.value_or(std::numeric_limits<double>::infinity());
     r.pairings = pairings.size(), r.potential_pairings = pairings.potential_pairings;
-    if (is_finite(pose))
-    {
-        const auto seen = observability(pairings, pose);
-        r.cost = weighted_cost(pairings, pose), r.residual_rms = seen.residual_rms, r.rank = seen.rank;
-    }
+    const auto cost = pairing_cost(pairings, pose);
+    r.cost = cost.weighted, r.residual_rms = cost.residual_rms;
     record_->iterations.push_back(r);
     const auto& parameters = record_->icpParameters;
     if (!parameters.saveIterationDetails ||

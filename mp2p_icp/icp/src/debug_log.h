@@ -1,6 +1,7 @@
 #pragma once
 
 #include <mp2p_icp/LogRecord.h>
+#include <mp2p_icp/OptimalTF_Result.h>
 #include <mrpt/core/optional_ref.h>
 
 #include <chrono>
@@ -48,7 +49,7 @@ class DebugLog
 
     /// After each solve. \param before the pose at which the pairings were found \param gate m
     void add_iteration(uint32_t iteration, const mrpt::poses::CPose3D& before,
-                       const mrpt::poses::CPose3D& pose, const Pairings& pairings,
+                       const OptimalTF_Result& solution, const Pairings& pairings,
                        const std::optional<double>& gate);
 
     /// Completes the record, and writes the file if one is wanted.

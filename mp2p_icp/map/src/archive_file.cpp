@@ -1,4 +1,10 @@
 #include <mp2p_icp/archive_file.h>
+#include <mp2p_icp/errors.h>
+#include <zlib.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
 
 #include "archives.h"
 #include "content_kind.h"
@@ -44,13 +50,35 @@ CSerializable::Ptr read_archive_object(const std::string& source, std::string_vi
     return object;
 }
 
+namespace
+{
+/// As a gzip file that is not compressed, in pieces: no second copy of what may be large.
+void write_framed(const std::string& path, std::string_view bytes)
+{
+    errno = 0;
+    const gzFile file = gzopen(path.c_str(), "wb0");
+    constexpr size_t piece = 1 << 20;
+    bool good = file != nullptr;
+    for (size_t at = 0; good && at < bytes.size(); at += piece)
+    {
+        const auto size = static_cast<unsigned>(std::min(piece, bytes.size() - at));
+        good = gzwrite(file, bytes.data() + at, size) == static_cast<int>(size);
+    }
+    if (file) good = gzclose(file) == Z_OK && good;
+    if (!good)
+        throw DataError(
+            path, std::string("cannot be written") + (errno ? std::string(": ") + std::strerror(errno) : ""));
+}
+}  // namespace
+
 void write_archive_file(const std::string& path, const CSerializable& object)
 {
     mrpt::io::CMemoryStream stream;
+    stream.setAllocBlockSize(1 << 22);  // it grows by so much at a time
     mrpt::serialization::archiveFrom(stream) << object;
     const std::string_view bytes(static_cast<const char*>(stream.getRawBufferData()),
                                  stream.getTotalBytesCount());
-    write_whole_file(path, gzip(bytes));
+    write_framed(path, bytes);
 }
 
 }  // namespace mp2p_icp
