@@ -5,6 +5,7 @@
 #include <mp2p_icp/Matcher_Points_DistanceThreshold.h>
 #include <mp2p_icp/observability.h>
 #include <mp2p_icp/optimal_tf_gauss_newton.h>
+#include <mp2p_icp/pose_step.h>
 #include <mp2p_icp/random.h>
 #include <mp2p_icp/se3.h>
 
@@ -12,8 +13,6 @@
 #include <cmath>
 #include <limits>
 #include <map>
-
-#include "pose_step.h"
 
 namespace mp2p_icp
 {
