@@ -1,6 +1,7 @@
 #include <mp2p_icp/ICP.h>
 #include <mp2p_icp/diagnosis.h>
 #include <mp2p_icp/errors.h>
+#include <mp2p_icp/map_offsets.h>
 #include <mp2p_icp/se3.h>
 
 #include <algorithm>
@@ -10,7 +11,6 @@
 
 #include "diagnosis_search.h"
 #include "diagnosis_text.h"
-#include "map_offsets.h"
 
 /** \file diagnosis.cpp
  * How the cause is found. What can be seen at once comes first: no points, points that are not finite, too
