@@ -14,7 +14,7 @@ using Points = std::vector<Eigen::Vector3f>;
 struct Task
 {
     double voxel = 0.25;        ///< m
-    int neighbors = 20;         ///< for normals and covariances of the peers
+    int neighbors = 10;         ///< for normals and covariances of the peers
     double max_distance = 1.0;  ///< of pairings, m
     int max_iterations = 100;
     double step_m = 1e-4, step_rad = 5e-4;  ///< to end at, where a method can be told so
