@@ -1,29 +1,49 @@
 #include "gui_widgets.h"
 
+#include <algorithm>
+
 namespace mp2p_icp_apps
 {
 namespace
 {
-constexpr int FONT_SIZE = 15, LINE_HEIGHT = 18;
+constexpr float FONT_SIZE = 15, LINE_HEIGHT = 18;
+
+void choose_font(NVGcontext* ctx)
+{
+    nvgFontFace(ctx, "sans");
+    nvgFontSize(ctx, FONT_SIZE);
+    nvgFillColor(ctx, nanogui::Color(230, 255));
+    nvgTextAlign(ctx, NVG_ALIGN_LEFT | NVG_ALIGN_TOP);
 }
+}  // namespace
 
 TextPanel::TextPanel(nanogui::Widget* parent, int width) : nanogui::Widget(parent), width_(width) {}
 
-nanogui::Vector2i TextPanel::preferredSize(NVGcontext*) const
+float TextPanel::height_of(NVGcontext* ctx, const std::string& line) const
 {
-    return {width_, LINE_HEIGHT * static_cast<int>(lines_.size())};
+    float bounds[4];
+    nvgTextBoxBounds(ctx, 0, 0, static_cast<float>(width_), line.c_str(), nullptr, bounds);
+    return std::max(LINE_HEIGHT, bounds[3] - bounds[1] + LINE_HEIGHT - FONT_SIZE);
+}
+
+nanogui::Vector2i TextPanel::preferredSize(NVGcontext* ctx) const
+{
+    choose_font(ctx);
+    float height = 0;
+    for (const auto& line : lines_) height += height_of(ctx, line);
+    return {width_, static_cast<int>(height) + 1};
 }
 
 void TextPanel::draw(NVGcontext* ctx)
 {
     nanogui::Widget::draw(ctx);
-    nvgFontFace(ctx, "sans");
-    nvgFontSize(ctx, FONT_SIZE);
-    nvgFillColor(ctx, nanogui::Color(230, 255));
-    nvgTextAlign(ctx, NVG_ALIGN_LEFT | NVG_ALIGN_TOP);
-    for (size_t i = 0; i < lines_.size(); i++)
-        nvgText(ctx, static_cast<float>(mPos.x()),
-                static_cast<float>(mPos.y() + LINE_HEIGHT * static_cast<int>(i)), lines_[i].c_str(), nullptr);
+    choose_font(ctx);
+    auto top = static_cast<float>(mPos.y());
+    for (const auto& line : lines_)
+    {
+        nvgTextBox(ctx, static_cast<float>(mPos.x()), top, static_cast<float>(width_), line.c_str(), nullptr);
+        top += height_of(ctx, line);
+    }
 }
 
 TextPanel* add_text_panel(nanogui::Widget* parent, int width, int height)
@@ -49,7 +69,7 @@ void make_column(nanogui::Widget* widget, int spacing)
 
 nanogui::Label* add_label(nanogui::Widget* parent, const std::string& text, int width)
 {
-    auto* label = new nanogui::Label(parent, text, "sans", FONT_SIZE);
+    auto* label = new nanogui::Label(parent, text, "sans", static_cast<int>(FONT_SIZE));
     label->setFixedWidth(width);
     return label;
 }
@@ -67,7 +87,7 @@ nanogui::CheckBox* add_check_box(nanogui::Widget* parent, const std::string& tex
 {
     auto* box = new nanogui::CheckBox(parent, text, changed);
     box->setChecked(checked);
-    box->setFontSize(FONT_SIZE);
+    box->setFontSize(static_cast<int>(FONT_SIZE));
     return box;
 }
 
@@ -76,7 +96,7 @@ nanogui::ComboBox* add_choice(nanogui::Widget* parent, const std::vector<std::st
 {
     auto* choice = new nanogui::ComboBox(parent, items);
     choice->setFixedSize({width, 22});
-    choice->setFontSize(FONT_SIZE);
+    choice->setFontSize(static_cast<int>(FONT_SIZE));
     choice->setCallback(changed);
     return choice;
 }
@@ -85,7 +105,7 @@ nanogui::Button* add_button(nanogui::Widget* parent, const std::string& text,
                             const std::function<void()>& pushed)
 {
     auto* button = new nanogui::Button(parent, text);
-    button->setFontSize(FONT_SIZE);
+    button->setFontSize(static_cast<int>(FONT_SIZE));
     button->setCallback(pushed);
     return button;
 }

@@ -9,7 +9,7 @@
 
 namespace mp2p_icp_apps
 {
-/// Lines of text, as many as there are, in a scrolling panel.
+/// Lines of text, as many as there are; too long ones are wrapped.
 class TextPanel : public nanogui::Widget
 {
  public:
@@ -20,6 +20,8 @@ class TextPanel : public nanogui::Widget
     void draw(NVGcontext* ctx) override;
 
  private:
+    float height_of(NVGcontext* ctx, const std::string& line) const;
+
     int width_;
     std::vector<std::string> lines_;
 };

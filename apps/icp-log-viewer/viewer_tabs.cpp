@@ -21,7 +21,7 @@ ViewerTabs::ViewerTabs(nanogui::Widget* parent, ViewerModel& model, ViewerStage&
     tabs_->setFontSize(15);
     if (model.browser())
     {
-        summary_ = add_text_panel(add_tab("Summary"), width - 24, TAB_HEIGHT);
+        summary_ = add_text_panel(add_tab("Result"), width - 24, TAB_HEIGHT);
         variables_ = add_text_panel(add_tab("Vars"), width - 24, TAB_HEIGHT);
     }
     make_maps();

@@ -51,7 +51,7 @@ pairings_render_params_t render_params(const PairingKinds& kinds, double unit)
     p.ln2ln.visible = kinds.ln2ln, p.pl2pl.visible = kinds.pl2pl;
     const double size = unit / 50;
     p.pt2ln.lineLength = p.ln2ln.lineLength = 2 * size;
-    p.pt2pl.planePatchSize = size;
+    p.pt2pl.planePatchSize = 0.5 * size;
     p.pl2pl.planePatchSize = 4 * size, p.pl2pl.normalLength = 2 * size;
     return p;
 }
