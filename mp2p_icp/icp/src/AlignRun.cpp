@@ -6,6 +6,7 @@
 #include <mrpt/core/bits_math.h>
 
 #include <algorithm>
+#include <cstdio>
 #include <iostream>
 #include <limits>
 #include <stdexcept>
@@ -394,11 +395,13 @@ void AlignRun::observe(Results& out)
     else if (reason_ == IterTermReason::MaxIterations && before_ && is_large(step_between(*before_, pose_)))
         still_moving = step_between(*before_, pose_);
     if (still_moving)
-        return reject(out, Verdict::failed,
-                      "still moving by " + to_text(still_moving->metres) + " m and " +
-                          to_text(mrpt::RAD2DEG(still_moving->radians)) +
-                          " deg per iteration after maxIterations; "
-                          "allow more");
+    {
+        char text[120];
+        std::snprintf(text, sizeof(text),
+                      "still moving by %.3g m and %.3g deg per iteration after maxIterations; allow more",
+                      still_moving->metres, mrpt::RAD2DEG(still_moving->radians));
+        return reject(out, Verdict::failed, text);
+    }
     out.unobservable = seen.free;
     for (auto& twist : out.unobservable)
         if (twist.kind != FreeTwist::Kind::Translation) twist.through += offsets_.global();

@@ -87,7 +87,8 @@ void insert_coloured_by_coordinate(CSetOfObjects& o, const render_params_point_l
     {
         const float s = hi > lo ? std::clamp((values[i] - lo) / (hi - lo), .0f, 1.f) : .5f;
         const auto c = mrpt::img::colormap(mode.colorMap, s);
-        cloud->push_back(xs[i], ys[i], zs[i], c.R, c.G, c.B);
+        const auto u8tof = [](uint8_t v) { return static_cast<float>(v) / 255.0f; };
+        cloud->push_back(xs[i], ys[i], zs[i], u8tof(c.R), u8tof(c.G), u8tof(c.B));
     }
     o.insert(cloud);
 }
