@@ -82,6 +82,8 @@ TEST(replay, of_all_default_pipelines_is_identical)
     for (const auto& name : shipped_pipeline_names())
     {
         SCOPED_TRACE(name);
+        if (name == "icp-2d-walls")
+            continue;  // its filter takes scans of one height alone; see the laser scans below
         const auto local = with_layers_of(rooms().local, "dense"),
                    global = with_layers_of(rooms().global, "dense");
         expect_identical(run_pipeline(shipped_pipeline(name), local, global));

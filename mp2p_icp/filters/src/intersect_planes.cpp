@@ -156,7 +156,9 @@ Matrix4d line_covariance(const fitted_plane_t& a, const fitted_plane_t& b, const
         by_a.block<2, 3>(2 * row, 0) = solve.col(0) * of_a.row(row);
         by_b.block<2, 3>(2 * row, 0) = solve.col(1) * of_b.row(row);
     }
-    return by_a * a.fit->covariance * by_a.transpose() + by_b * b.fit->covariance * by_b.transpose();
+    const Matrix4d sum =
+        by_a * a.fit->covariance * by_a.transpose() + by_b * b.fit->covariance * by_b.transpose();
+    return (sum + sum.transpose()) / 2;  // to the bit, as files hold one half
 }
 
 /// Puts the base point into the middle of what was seen, and adds the fit.

@@ -81,6 +81,8 @@ LineFit fit_line(const std::vector<Vector3d>& points, const std::vector<uint32_t
     // The normal equations are diag(count, sum of s^2) kron I, as s is counted from the centroid.
     const Eigen::Vector4d inverse(1 / count, 1 / count, 1 / sum_s2, 1 / sum_s2);
     fit.covariance = inverse.asDiagonal() * squares * inverse.asDiagonal();
+    fit.covariance =
+        (0.5 * (fit.covariance + fit.covariance.transpose())).eval();  // to the bit, as files hold one half
     fit.covariance *= count / std::max(1.0, count - 2);
     fit.covariance(0, 0) += out.thickness * out.thickness;
     fit.covariance(1, 1) += out.thickness * out.thickness;

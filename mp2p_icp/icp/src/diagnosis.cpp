@@ -21,6 +21,7 @@
  *  - FEWEST_POINTS: a pose has six unknowns, and a pair of points three residuals. With 20 pairs each
  * unknown has ten residuals, enough to tell a wrong pose by them.
  *  - NONFINITE_SHARE: from a half on, most of what the sensor gave is no measurement.
+ *  - LIE_ON_EACH_OTHER: with less, search_cause() takes two maps for different places, too.
  *  - APART: two maps that lie on each other in the wrong way still share a tenth of their points, by chance.
  */
 namespace mp2p_icp
@@ -31,7 +32,7 @@ using Cause = DiagnosisCause;
 namespace
 {
 constexpr size_t FEWEST_POINTS = 20;
-constexpr double NONFINITE_SHARE = 0.5, APART = 0.1;
+constexpr double NONFINITE_SHARE = 0.5, APART = 0.1, LIE_ON_EACH_OTHER = 0.55;
 
 /// What is seen without trying anything.
 std::optional<Cause> plain_cause(const Results& results, const PointCount& local, const PointCount& global)
@@ -84,7 +85,7 @@ void look(const LogRecord& log, Diagnosis& out, DiagnosisFacts& facts)
     const MatchedLayers layers = matched_layers(log);
     facts.local = count_points(layers.local), facts.global = count_points(layers.global);
     facts.local.layer = layers.local_name, facts.global.layer = layers.global_name;
-    const auto plain = plain_cause(log.icpResult, facts.local, facts.global);
+    auto plain = plain_cause(log.icpResult, facts.local, facts.global);
     facts.run = ends_of(log);
     if (facts.local.finite > 0 && facts.global.finite > 0)
     {
@@ -92,6 +93,9 @@ void look(const LogRecord& log, Diagnosis& out, DiagnosisFacts& facts)
         facts.nearby = maps.nearby();
         out.overlap = maps.share(facts.run.found);
         facts.overlap_at_guess = maps.share(facts.run.guess);
+        // Where the maps do not lie on each other, free motions are those of a wrong pose.
+        const bool is_sure = plain && (*plain != Cause::FreeMotion || out.overlap >= LIE_ON_EACH_OTHER);
+        if (!is_sure) plain.reset();
         if (!plain) out.cause = search_cause(maps, facts.run, out);
         if (out.free.empty()) out.free = maps.free_motions(facts.run.found);
         if (out.cause == Cause::AllIsWell && !out.free.empty()) out.cause = Cause::FreeMotion;

@@ -53,6 +53,11 @@ bool is_flat(const NearestNeighborIndex& index)
     return size.z <= 1e-6f * std::max(size.x, size.y);
 }
 
+bool same_plane(const SurfaceAround& a, const SurfaceAround& b)
+{
+    return std::abs(a.axes.col(0).dot(b.axes.col(0))) > SAME_NORMAL;
+}
+
 /// The median distance of a point to its nearest neighbour, m, over some of the points; 0 without any.
 double typical_spacing(const PointView& points, const NearestNeighborIndex& index)
 {
@@ -102,9 +107,8 @@ SurfaceAround SurfaceScales::at(uint32_t point) const
         const SurfaceAround seen = judged(size, point);
         if (seen.shape == SurfaceShape::Planar)
         {
-            const bool confirmed = thin && std::abs(thin->axes.col(0).dot(seen.axes.col(0))) > SAME_NORMAL;
-            if (confirmed) return *thin;
-            if (size.of_point[point].voxels >= FILLED_VOXELS) return seen;
+            if (thin && same_plane(*thin, seen)) return surest(*thin, k, point);
+            if (size.of_point[point].voxels >= FILLED_VOXELS) return surest(seen, k + 1, point);
         }
         thin = seen.shape == SurfaceShape::Planar ? std::optional(seen) : std::nullopt;
         if (first.shape == SurfaceShape::Unknown) first = seen;
@@ -113,6 +117,17 @@ SurfaceAround SurfaceScales::at(uint32_t point) const
     if (!first.is_surface()) return first;
     first.shape = SurfaceShape::Other, first.bulky = false;
     return first;
+}
+
+SurfaceAround SurfaceScales::surest(SurfaceAround plane, size_t next_size, uint32_t point) const
+{
+    for (size_t k = next_size; k < SIZES; k++)
+    {
+        const SurfaceAround larger = judged(surfaces_of_size(k), point);
+        if (larger.shape != SurfaceShape::Planar || !same_plane(plane, larger)) break;
+        if (larger.tilt.sum() < plane.tilt.sum()) plane = larger;
+    }
+    return plane;
 }
 
 SurfaceAround SurfaceScales::judged(const LocalSurfaces& size, uint32_t point) const

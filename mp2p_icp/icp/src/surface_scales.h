@@ -26,10 +26,11 @@ struct SurfaceAround
 };
 
 /** Looks around the points of a cloud in neighbourhoods of four sizes (local surfaces of voxels; the smallest
- * hold some 13 points of a surface, each next one four times as many). A plane is taken at the size at which
- * it is first seen, if it is filled with points there or the next larger size agrees. Lines are none: the
- * rings of a LiDAR on a wall look like them from near. What is no plane at any size is `Other`. Of a cloud
- * whose points all have one height (a 2-D scan), what is linear is a wall, and nothing is planar.
+ * hold some 13 points of a surface, each next one four times as many). A plane counts if it is filled with
+ * points, or if the next larger size agrees; it is taken at the size at which its normal is known best, as
+ * long as larger ones agree. Lines are none: the rings of a LiDAR on a wall look like them from near. What is
+ * no plane at any size is `Other`. Of a cloud whose points all have one height (a 2-D scan), what is linear
+ * is a wall, and nothing is planar.
  *
  * The surfaces are kept beside the layer: the second look at a map costs nothing. The first takes about half
  * a microsecond per point.
@@ -53,6 +54,8 @@ class SurfaceScales
  private:
     const LocalSurfaces& surfaces_of_size(size_t size) const;
     SurfaceAround judged(const LocalSurfaces& size, uint32_t point) const;
+    /// Of this plane and those of larger sizes that agree with it, the one whose normal is known best.
+    SurfaceAround surest(SurfaceAround plane, size_t next_size, uint32_t point) const;
 
     mrpt::maps::CPointsMap::ConstPtr points_;
     NearestNeighborIndex::ConstPtr index_;
