@@ -32,7 +32,7 @@ overlap, of scans of different places laid on each other; and, given two clouds 
 
 Usage: bench-verdicts [PIPELINE] [--count N] [--starts TARGET SOURCE TRUTH] [--help]
 
-  PIPELINE    name of a shipped pipeline for LiDAR scans. icp-3d-lidar by default
+  PIPELINE    name of a shipped pipeline for LiDAR scans. icp-3d-point-to-plane by default
   --count N   pairs of each kind. 100 by default
   --starts TARGET SOURCE TRUTH   two clouds, and a text file with the 4x4 pose of the source in the target
 
@@ -41,7 +41,7 @@ Example: bench-verdicts icp-coarse-to-fine --count 200
 
 struct Options
 {
-    std::string pipeline = "icp-3d-lidar";
+    std::string pipeline = "icp-3d-point-to-plane";
     size_t count = 100;
     std::vector<std::string> starts;
     bool help = false;

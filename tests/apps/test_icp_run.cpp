@@ -39,7 +39,7 @@ TEST(icp_run, aligns_two_scans_with_a_pipeline_of_its_choice)
              folder.cloud("g.ply", scan_of_room(T1, 0.01, 1)), "--output-result", folder.path("r.yaml")});
     ASSERT_EQ(o.code, 0) << o.out << o.err;
     EXPECT_EQ(o.err, "");
-    EXPECT_TRUE(contains(o.out, "icp-3d-lidar")) << o.out;
+    EXPECT_TRUE(contains(o.out, "icp-3d-point-to-plane")) << o.out;
     EXPECT_TRUE(contains(o.out, "ICP result: aligned: ")) << o.out;
     // The scans share no point: rings on the floor and walls pull point-to-point by some cm; 0.5 m and 4 deg
     // were to be found.
@@ -337,9 +337,7 @@ TEST(icp_run, gives_the_same_bits_again_and_on_any_number_of_threads)
              {}, {}, {"--threads", "1"}, {"--threads", "2"}, {"--threads", "8"}})
     {
         const auto o = run(arguments + threads);
-        // Points see the rings of these scans, and end beside the truth: not to be trusted, but with a pose.
-        ASSERT_EQ(o.code, 2) << o.out << o.err;
-        ASSERT_TRUE(contains(o.out, "rejected pose")) << o.out;
+        ASSERT_EQ(o.code, 0) << o.out << o.err;
         const auto all = lines_without(content_of(folder.path("r.yaml")), "time_s") +
                          content_of(folder.path("a.ply")) + lines_without(o.out, "  time:");
         if (first.empty()) first = all;

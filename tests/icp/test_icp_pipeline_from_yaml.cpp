@@ -327,7 +327,7 @@ TEST(shipped_pipelines, the_default_follows_the_shape_of_the_clouds)
     const metric_map_t two_d = map_of(flat), large = map_of(room), small = map_of(wavy_surface(100, 1));
     EXPECT_EQ(default_pipeline_for(two_d, two_d), "icp-2d-points");
     EXPECT_EQ(default_pipeline_for(two_d, two_d, true), "icp-2d-laser");
-    EXPECT_EQ(default_pipeline_for(large, large, true), "icp-3d-lidar");
-    EXPECT_EQ(default_pipeline_for(two_d, large), "icp-3d-lidar");
+    EXPECT_EQ(default_pipeline_for(large, large, true), "icp-3d-point-to-plane");
+    EXPECT_EQ(default_pipeline_for(two_d, large), "icp-3d-point-to-plane");
     EXPECT_EQ(default_pipeline_for(small, small), "icp-object");
 }

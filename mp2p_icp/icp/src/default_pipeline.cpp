@@ -49,7 +49,7 @@ std::string default_pipeline_for(const metric_map_t& local, const metric_map_t& 
     const double larger = std::max(l.diagonal, g.diagonal);
     if (std::max(l.height, g.height) <= 1e-3 * larger)
         return from_observations ? "icp-2d-laser" : "icp-2d-points";
-    return larger >= 10.0 ? "icp-3d-lidar" : "icp-object";
+    return larger >= 10.0 ? "icp-3d-point-to-plane" : "icp-object";
 }
 
 RunVariables extent_variables(const metric_map_t& local, const metric_map_t& global)

@@ -49,8 +49,8 @@ std::vector<std::string> shipped_pipeline_names();
 std::string shipped_pipeline(const std::string& name);
 
 /** Which shipped pipeline suits two clouds. If both are flat (all points at one height): `icp-2d-laser` for
- * maps that will be made from observations, by its generators, else `icp-2d-points`. Otherwise `icp-3d-lidar`
- * if the larger one extends over 10 m or more, else `icp-object`.
+ * maps that will be made from observations, by its generators, else `icp-2d-points`. Otherwise
+ * `icp-3d-point-to-plane` if the larger one extends over 10 m or more, else `icp-object`.
  */
 std::string default_pipeline_for(const metric_map_t& local, const metric_map_t& global,
                                  bool from_observations = false);
