@@ -1,14 +1,10 @@
 #include "experiment_options.h"
 
-#include <mp2p_icp/version.h>
-#include <mp2p_icp/yaml_tools.h>
-#include <mrpt/system/os.h>
-
-#include <CLI/CLI.hpp>
 #include <cmath>
 #include <ostream>
 #include <stdexcept>
 
+#include "command_line.h"
 #include "experiment.h"
 
 namespace mp2p_icp_apps::experiments
@@ -85,23 +81,6 @@ void declare_own(const std::string& name, CLI::App& app, ExperimentOptions& o)
             ->type_name("FILE");
 }
 
-/// `; did you mean 'x'?` for the first of the arguments that is neither an option nor an experiment.
-std::string hint_for_unknown(const CLI::App& app)
-{
-    std::vector<std::string> known;
-    for (const auto* sub : app.get_subcommands([](const CLI::App*) { return true; }))
-        known.push_back(sub->get_name());
-    for (const auto* sub : app.get_subcommands())
-        for (const auto* option : sub->get_options())
-            for (const auto& name : option->get_lnames()) known.push_back("--" + name);
-    for (const auto& argument : app.remaining(true))
-    {
-        const std::string nearest = mp2p_icp::nearest_name(argument.substr(0, argument.find('=')), known);
-        if (!nearest.empty()) return "; did you mean '" + nearest + "'?";
-    }
-    return {};
-}
-
 void check_lists(const ExperimentOptions& o)
 {
     for (const auto& [name, list] : {std::pair("--noise-points", &o.noise_points),
@@ -128,10 +107,7 @@ std::optional<ExperimentOptions> parse_experiment_options(const std::vector<std:
 {
     ExperimentOptions options;
     CLI::App app(DESCRIPTION, "icp-experiments");
-    app.footer(EXAMPLES);
-    app.get_formatter()->column_width(30);
-    app.set_version_flag("--version",
-                         "icp-experiments " MP2P_ICP_VERSION " (" + mrpt::system::MRPT_getVersion() + ")");
+    set_program_texts(app, EXAMPLES, 30);
     app.require_subcommand(0, 1);
     const auto add = [&](const std::string& name, const std::string& about)
     {
@@ -140,24 +116,7 @@ std::optional<ExperimentOptions> parse_experiment_options(const std::vector<std:
     };
     for (const auto& e : all_experiments()) add(e.name, e.about);
     add("all", "All of them, in this order");
-    try
-    {
-        app.parse(
-            std::vector<std::string>(arguments.rbegin(), arguments.rend()));  // CLI11 wants them reversed
-    }
-    catch (const CLI::Success& asked)
-    {
-        app.exit(asked, out, out);
-        return {};
-    }
-    catch (const CLI::ExtrasError& e)
-    {
-        throw std::invalid_argument(e.what() + hint_for_unknown(app));
-    }
-    catch (const CLI::ParseError& e)
-    {
-        throw std::invalid_argument(e.what());
-    }
+    if (!parse_command_line(app, arguments, out)) return {};
     if (app.get_subcommands().empty())
         throw std::invalid_argument("the name of an experiment is required (see icp-experiments --help)");
     check_lists(options);

@@ -1,12 +1,11 @@
 #include "options.h"
 
-#include <mp2p_icp/version.h>
 #include <mp2p_icp/yaml_tools.h>
-#include <mrpt/system/os.h>
 
-#include <CLI/CLI.hpp>
 #include <ostream>
 #include <stdexcept>
+
+#include "command_line.h"
 
 namespace mp2p_icp_apps
 {
@@ -113,21 +112,6 @@ void declare_outputs(CLI::App& app, Options& o)
         ->type_name("CLASS");
 }
 
-/// `; did you mean '--x'?` for the first of the arguments that is no option.
-std::string hint_for_unknown(const CLI::App& app)
-{
-    std::vector<std::string> known;
-    for (const auto* option : app.get_options())
-        for (const auto& name : option->get_lnames()) known.push_back("--" + name);
-    for (const auto& argument : app.remaining())
-    {
-        if (argument.rfind("--", 0) != 0) continue;
-        const std::string nearest = mp2p_icp::nearest_name(argument.substr(0, argument.find('=')), known);
-        if (!nearest.empty()) return "; did you mean '" + nearest + "'?";
-    }
-    return {};
-}
-
 void check_inputs_given(const Options& o)
 {
     if (!o.describe.empty() || !o.replay.empty() || !o.why.empty()) return;
@@ -142,31 +126,11 @@ std::optional<Options> parse_options(const std::vector<std::string>& arguments, 
 {
     Options options;
     CLI::App app(DESCRIPTION, "icp-run");
-    app.footer(EXAMPLES);
-    app.get_formatter()->column_width(40);
-    app.set_version_flag("--version",
-                         "icp-run " MP2P_ICP_VERSION " (" + mrpt::system::MRPT_getVersion() + ")");
+    set_program_texts(app, EXAMPLES, 40);
     declare_inputs(app, options);
     declare_pipeline(app, options);
     declare_outputs(app, options);
-    try
-    {
-        app.parse(
-            std::vector<std::string>(arguments.rbegin(), arguments.rend()));  // CLI11 wants them reversed
-    }
-    catch (const CLI::Success& asked)
-    {
-        app.exit(asked, out, out);
-        return {};
-    }
-    catch (const CLI::ExtrasError& e)
-    {
-        throw std::invalid_argument(e.what() + hint_for_unknown(app));
-    }
-    catch (const CLI::ParseError& e)
-    {
-        throw std::invalid_argument(e.what());
-    }
+    if (!parse_command_line(app, arguments, out)) return {};
     check_inputs_given(options);
     return options;
 }

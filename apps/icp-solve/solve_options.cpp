@@ -1,11 +1,9 @@
 #include "solve_options.h"
 
-#include <mp2p_icp/version.h>
-#include <mrpt/system/os.h>
-
-#include <CLI/CLI.hpp>
 #include <ostream>
 #include <stdexcept>
+
+#include "command_line.h"
 
 namespace mp2p_icp_apps
 {
@@ -59,25 +57,9 @@ std::optional<SolveOptions> parse_solve_options(const std::vector<std::string>& 
 {
     SolveOptions options;
     CLI::App app(DESCRIPTION, "icp-solve");
-    app.footer(EXAMPLES);
-    app.get_formatter()->column_width(30);
-    app.set_version_flag("--version",
-                         "icp-solve " MP2P_ICP_VERSION " (" + mrpt::system::MRPT_getVersion() + ")");
+    set_program_texts(app, EXAMPLES, 30);
     declare(app, options);
-    try
-    {
-        app.parse(
-            std::vector<std::string>(arguments.rbegin(), arguments.rend()));  // CLI11 wants them reversed
-    }
-    catch (const CLI::Success& asked)
-    {
-        app.exit(asked, out, out);
-        return {};
-    }
-    catch (const CLI::ParseError& e)
-    {
-        throw std::invalid_argument(e.what());
-    }
+    if (!parse_command_line(app, arguments, out)) return {};
     if (options.pairings.empty())
         throw std::invalid_argument("the name of a file with pairings is required (see icp-solve --help)");
     if (options.solver != "certified" && (!options.certificate.empty() || options.all_minima))
