@@ -42,7 +42,7 @@ Points random_points(size_t n, double size, uint64_t seed)
 std::vector<LocalSurface> surfaces_of(const Points& points, const LocalSurfaceOptions& options)
 {
     const auto cloud = cloud_of(points);
-    return compute_local_surfaces(*cloud, *make_nn_index(cloud), options)->of_point;
+    return compute_local_surfaces(*cloud, make_nn_index(cloud).get(), options)->of_point;
 }
 
 /// The slow, obvious neighbourhood: all distances in float, sorted, ties by index.
@@ -350,7 +350,7 @@ TEST(local_surfaces, options_out_of_range_are_refused)
           LocalSurfaceOptions{5, double(NaN)}})
         EXPECT_THROW(surfaces_of({{0, 0, 0}}, bad), std::invalid_argument);
     const auto a = cloud_of({{0, 0, 0}}), b = cloud_of({{0, 0, 0}, {1, 0, 0}});
-    EXPECT_THROW(compute_local_surfaces(*a, *make_nn_index(b), {}), std::invalid_argument);
+    EXPECT_THROW(compute_local_surfaces(*a, make_nn_index(b).get(), {}), std::invalid_argument);
 }
 
 // ---- Same bits --------------------------------------------------------------------------------------------
@@ -362,14 +362,14 @@ TEST(local_surfaces, have_the_same_bits_on_any_number_of_threads_and_by_either_i
     const auto tree = make_kdtree_index(cloud, 0), grid = make_block_grid_index(cloud);
     ASSERT_TRUE(grid);
     LocalSurfaces::ConstPtr one;
-    with_threads(1, [&]() { one = compute_local_surfaces(*cloud, *tree, options); });
+    with_threads(1, [&]() { one = compute_local_surfaces(*cloud, tree.get(), options); });
     for (const int threads : {2, 8})
         with_threads(
             threads,
             [&]()
             {
-                expect_same_bits(compute_local_surfaces(*cloud, *tree, options)->of_point, one->of_point);
-                expect_same_bits(compute_local_surfaces(*cloud, *grid, options)->of_point, one->of_point);
+                expect_same_bits(compute_local_surfaces(*cloud, tree.get(), options)->of_point, one->of_point);
+                expect_same_bits(compute_local_surfaces(*cloud, grid.get(), options)->of_point, one->of_point);
             });
 }
 

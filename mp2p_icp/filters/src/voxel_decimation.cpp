@@ -10,6 +10,7 @@
 #include <stdexcept>
 
 #include "VoxelCells.h"
+#include "field_columns.h"
 
 namespace mp2p_icp_filters
 {
@@ -17,8 +18,6 @@ using mrpt::maps::CPointsMap;
 
 namespace
 {
-constexpr uint32_t NO_GROUP = UINT32_MAX;
-
 /// The points that one output point stands for: those of a voxel, or one that is kept.
 struct Group
 {
@@ -27,22 +26,22 @@ struct Group
     uint32_t voxel = mp2p_icp::NO_NEIGHBOR;
 };
 
-/// Groups in the order of their first points, and the group of each point.
+/// Groups in the order of their first points.
 struct Groups
 {
     std::vector<Group> groups;
-    std::vector<uint32_t> group_of_point;  ///< NO_GROUP: not finite
     mp2p_icp::BlockGrid voxels;
-};
-
-/// The points of a cloud that are to be thinned, and where they come from.
-struct Thinned
-{
-    mp2p_icp::PointArrays copies;  ///< only if not all of the cloud
-    mp2p_icp::PointView points;
-    std::vector<uint32_t> origin;  ///< index in the cloud of each point; empty: its own
+    std::vector<uint32_t> origin;  ///< index in the cloud of each point of `voxels`; empty: its own
 
     size_t origin_of(size_t i) const { return origin.empty() ? i : origin[i]; }
+    /// visit(point, voxel) for all points that are in voxels, in their order.
+    template <class Visit>
+    void for_points_in_voxels(const Visit& visit) const
+    {
+        const auto& voxel_of_point = voxels.voxel_of_point();
+        for (size_t i = 0; i < voxel_of_point.size(); i++)
+            if (voxel_of_point[i] != mp2p_icp::NO_NEIGHBOR) visit(origin_of(i), voxel_of_point[i]);
+    }
 };
 
 bool is_finite(const mp2p_icp::PointView& p, size_t i)
@@ -50,13 +49,12 @@ bool is_finite(const mp2p_icp::PointView& p, size_t i)
     return std::isfinite(p.x[i]) && std::isfinite(p.y[i]) && std::isfinite(p.z[i]);
 }
 
-/// Parts the points of the input; those that are kept become groups of their own.
-Thinned points_to_thin(const DecimationInput& input, Groups& out)
+/// Parts the points of the input: those that are kept become groups of their own. \return the others, if not
+/// all of the cloud
+mp2p_icp::PointArrays part(const DecimationInput& input, Groups& out)
 {
     const mp2p_icp::PointView all(*input.points);
-    Thinned thinned;
-    thinned.points = all;
-    if (input.kept_whole.empty()) return thinned;
+    mp2p_icp::PointArrays others;
     auto whole = input.kept_whole.begin();
     for (size_t i = 0; i < all.size; i++)
     {
@@ -64,12 +62,10 @@ Thinned points_to_thin(const DecimationInput& input, Groups& out)
         const bool is_kept = whole != input.kept_whole.end() && i >= whole->first;
         if (is_kept && is_finite(all, i)) out.groups.push_back({i});
         if (is_kept) continue;
-        thinned.copies.x.push_back(all.x[i]), thinned.copies.y.push_back(all.y[i]);
-        thinned.copies.z.push_back(all.z[i]);
-        thinned.origin.push_back(static_cast<uint32_t>(i));
+        others.x.push_back(all.x[i]), others.y.push_back(all.y[i]), others.z.push_back(all.z[i]);
+        out.origin.push_back(static_cast<uint32_t>(i));
     }
-    thinned.points = thinned.copies;
-    return thinned;
+    return others;
 }
 
 [[noreturn]] void refuse_far_points(const mp2p_icp::PointView& points, double side)
@@ -93,7 +89,7 @@ Thinned points_to_thin(const DecimationInput& input, Groups& out)
 mp2p_icp::BlockGrid voxels_of(const mp2p_icp::PointView& points, double side)
 {
     mp2p_icp::BlockGridOptions options;
-    options.voxel_size = side;
+    options.voxel_size = side, options.elements = mp2p_icp::GridElements::None;
     try
     {
         return mp2p_icp::BlockGrid(points, options);
@@ -107,79 +103,58 @@ mp2p_icp::BlockGrid voxels_of(const mp2p_icp::PointView& points, double side)
 Groups group_points(const DecimationInput& input, double side)
 {
     Groups out;
-    const Thinned thinned = points_to_thin(input, out);
-    out.voxels = voxels_of(thinned.points, side);
-    const auto& voxel_of_point = out.voxels.voxel_of_point();
+    if (input.kept_whole.empty())
+        out.voxels = voxels_of(*input.points, side);
+    else
+        out.voxels = voxels_of(part(input, out), side);
     const auto kept = static_cast<std::ptrdiff_t>(out.groups.size());
+    const auto& firsts = out.voxels.first_points();
+    const auto& counts = out.voxels.point_counts();
+    const auto& voxel_of_point = out.voxels.voxel_of_point();
     for (size_t i = 0; i < voxel_of_point.size(); i++)
-        if (const uint32_t v = voxel_of_point[i];
-            v != mp2p_icp::NO_NEIGHBOR && out.voxels.first_points()[v] == i)
-            out.groups.push_back({thinned.origin_of(i), out.voxels.point_counts()[v], v});
+        if (const uint32_t v = voxel_of_point[i]; v != mp2p_icp::NO_NEIGHBOR && firsts[v] == i)
+            out.groups.push_back({out.origin_of(i), counts[v], v});
     std::inplace_merge(out.groups.begin(), out.groups.begin() + kept, out.groups.end(),
                        [](const Group& a, const Group& b) { return a.first_point < b.first_point; });
-
-    std::vector<uint32_t> group_of_voxel(out.voxels.voxel_count());
-    out.group_of_point.assign(input.points->size(), NO_GROUP);
-    for (uint32_t g = 0; g < out.groups.size(); g++)
-    {
-        const Group& group = out.groups[g];
-        if (group.voxel == mp2p_icp::NO_NEIGHBOR)
-            out.group_of_point[group.first_point] = g;
-        else
-            group_of_voxel[group.voxel] = g;
-    }
-    for (size_t i = 0; i < voxel_of_point.size(); i++)
-        if (voxel_of_point[i] != mp2p_icp::NO_NEIGHBOR)
-            out.group_of_point[thinned.origin_of(i)] = group_of_voxel[voxel_of_point[i]];
     return out;
 }
 
-/// How many numbers a point of the cloud has, its coordinates among them.
-size_t field_count(const CPointsMap& points)
+/// Writes the means of the fields beyond coordinates.
+void average_fields(CPointsMap& out, const CPointsMap& points, const Groups& groups)
 {
-    std::vector<float> values;
-    if (points.size() > 0) points.getPointAllFieldsFast(0, values);
-    return values.size();
-}
-
-/// Sums of all fields of the points of each group, in double: `fields` numbers per group.
-std::vector<double> sum_fields(const CPointsMap& points, const Groups& groups, size_t fields)
-{
-    std::vector<double> sums(fields * groups.groups.size(), 0.0);
-    std::vector<float> values;
-    for (size_t i = 0; i < points.size(); i++)
+    const FieldColumns columns(points);
+    if (columns.count() == 0) return;
+    std::vector<std::vector<double>> sums;
+    for (size_t f = 0; f < columns.count(); f++)
     {
-        const uint32_t group = groups.group_of_point[i];
-        if (group == NO_GROUP) continue;
-        points.getPointAllFieldsFast(i, values);
-        for (size_t f = 0; f < fields; f++) sums[group * fields + f] += static_cast<double>(values[f]);
+        auto& sum = sums.emplace_back(groups.voxels.voxel_count(), 0.0);
+        const float* const values = columns[f];
+        groups.for_points_in_voxels([&](size_t i, uint32_t v) { sum[v] += static_cast<double>(values[i]); });
     }
-    return sums;
+    std::vector<float> all(3 + columns.count());
+    for (size_t g = 0; g < groups.groups.size(); g++)
+    {
+        const Group& group = groups.groups[g];
+        for (size_t f = 0; f < columns.count(); f++)
+            all[3 + f] = group.voxel == mp2p_icp::NO_NEIGHBOR
+                             ? columns[f][group.first_point]
+                             : static_cast<float>(sums[f][group.voxel] / group.count);
+        out.setPointAllFieldsFast(g, all);
+    }
 }
 
 CPointsMap::Ptr averages(const CPointsMap& points, const Groups& groups)
 {
     const auto out = mp2p_icp::new_cloud_like(points);
     out->resize(groups.groups.size());
-    const size_t fields = field_count(points);
-    const bool has_more = fields > 3;
-    const std::vector<double> sums = has_more ? sum_fields(points, groups, fields) : std::vector<double>();
-    std::vector<float> values(fields);
+    average_fields(*out, points, groups);
+    const mp2p_icp::PointView given(points), means(groups.voxels.means());
     for (size_t g = 0; g < groups.groups.size(); g++)
     {
-        const Group& group = groups.groups[g];
-        if (has_more)
-        {
-            for (size_t f = 0; f < fields; f++)
-                values[f] = static_cast<float>(sums[g * fields + f] / group.count);
-            out->setPointAllFieldsFast(g, values);
-        }
-        float x = 0, y = 0, z = 0;
-        points.getPointFast(group.first_point, x, y, z);
-        if (group.voxel != mp2p_icp::NO_NEIGHBOR)
-            x = groups.voxels.means().x[group.voxel], y = groups.voxels.means().y[group.voxel],
-            z = groups.voxels.means().z[group.voxel];
-        out->setPointFast(g, x, y, z);
+        const bool is_mean = groups.groups[g].voxel != mp2p_icp::NO_NEIGHBOR;
+        const mp2p_icp::PointView& from = is_mean ? means : given;
+        const size_t i = is_mean ? groups.groups[g].voxel : groups.groups[g].first_point;
+        out->setPointFast(g, from.x[i], from.y[i], from.z[i]);
     }
     out->mark_as_modified();
     return out;
@@ -193,31 +168,31 @@ std::vector<size_t> first_points(const Groups& groups)
     return picks;
 }
 
+/// The first points of all groups, but for voxels those that `pick_of_voxel` says.
+std::vector<size_t> picks_of(const Groups& groups, const std::vector<size_t>& pick_of_voxel)
+{
+    std::vector<size_t> picks = first_points(groups);
+    for (size_t g = 0; g < picks.size(); g++)
+        if (const uint32_t v = groups.groups[g].voxel; v != mp2p_icp::NO_NEIGHBOR) picks[g] = pick_of_voxel[v];
+    return picks;
+}
+
 std::vector<size_t> closest_to_average(const CPointsMap& points, const Groups& groups)
 {
-    const size_t n = groups.groups.size();
+    const size_t n = groups.voxels.voxel_count();
+    const mp2p_icp::PointView p(points);
+    const auto at = [&](size_t i) { return mrpt::math::TPoint3D(p.x[i], p.y[i], p.z[i]); };
     std::vector<mrpt::math::TPoint3D> means(n);
     std::vector<double> best(n, std::numeric_limits<double>::infinity());
     std::vector<size_t> picks(n, 0);
-    const auto each_point = [&](const auto& visit)
-    {
-        float x = 0, y = 0, z = 0;
-        for (size_t i = 0; i < points.size(); i++)
+    groups.for_points_in_voxels([&](size_t i, uint32_t v) { means[v] += at(i); });
+    for (size_t v = 0; v < n; v++) means[v] *= 1.0 / groups.voxels.point_counts()[v];
+    groups.for_points_in_voxels(
+        [&](size_t i, uint32_t v)
         {
-            const uint32_t group = groups.group_of_point[i];
-            if (group == NO_GROUP) continue;
-            points.getPointFast(i, x, y, z);
-            visit(i, group, mrpt::math::TPoint3D(x, y, z));
-        }
-    };
-    each_point([&](size_t, uint32_t g, const mrpt::math::TPoint3D& p) { means[g] += p; });
-    for (size_t g = 0; g < n; g++) means[g] *= 1.0 / groups.groups[g].count;
-    each_point(
-        [&](size_t i, uint32_t g, const mrpt::math::TPoint3D& p)
-        {
-            if (const double d = (p - means[g]).sqrNorm(); d < best[g]) best[g] = d, picks[g] = i;
+            if (const double d = (at(i) - means[v]).sqrNorm(); d < best[v]) best[v] = d, picks[v] = i;
         });
-    return picks;
+    return picks_of(groups, picks);
 }
 
 /// A seed from the seed of the filter and the cell alone, so that other cells have no influence.
@@ -231,22 +206,22 @@ uint64_t seed_of_cell(uint64_t seed, const std::optional<CellIndex>& cell)
 
 std::vector<size_t> random_points(const CPointsMap& points, const Groups& groups, double side, uint64_t seed)
 {
-    const size_t n = groups.groups.size();
+    const size_t n = groups.voxels.voxel_count();
+    const mp2p_icp::PointView p(points);
     std::vector<size_t> picks(n, 0), points_to_pass(n);
-    for (size_t g = 0; g < n; g++)
+    for (size_t v = 0; v < n; v++)
     {
-        float x = 0, y = 0, z = 0;
-        points.getPointFast(groups.groups[g].first_point, x, y, z);
-        points_to_pass[g] =
-            mp2p_icp::SeededRandom(seed_of_cell(seed, cell_of(x, y, z, side))).index(groups.groups[g].count);
+        const size_t i = groups.origin_of(groups.voxels.first_points()[v]);
+        points_to_pass[v] =
+            mp2p_icp::SeededRandom(seed_of_cell(seed, cell_of(p.x[i], p.y[i], p.z[i], side)))
+                .index(groups.voxels.point_counts()[v]);
     }
-    for (size_t i = 0; i < groups.group_of_point.size(); i++)
-    {
-        const uint32_t group = groups.group_of_point[i];
-        if (group == NO_GROUP) continue;
-        if (points_to_pass[group]-- == 0) picks[group] = i;
-    }
-    return picks;
+    groups.for_points_in_voxels(
+        [&](size_t i, uint32_t v)
+        {
+            if (points_to_pass[v]-- == 0) picks[v] = i;
+        });
+    return picks_of(groups, picks);
 }
 
 std::vector<size_t> picked_points(const CPointsMap& points, const Groups& groups, double side,

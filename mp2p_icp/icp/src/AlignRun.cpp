@@ -439,7 +439,7 @@ void AlignRun::describe_returned_pose(Results& out)
         out.quality =
             ICP::evaluate_quality(icp_.quality_evaluators_, global_, local_, stored, pairings, context)
                 .quality;
-    out.residual_rms = observability(pairings, stored).residual_rms;
+    out.residual_rms = residual_rms(pairings, stored);
     out.finalPairings = offsets_.to_original(pairings);
     if (found) return;
     out.optimal_tf.cov.setZero();

@@ -1,7 +1,5 @@
 #include "surface_scales.h"
 
-#include <mp2p_icp/block_grid.h>
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -89,12 +87,21 @@ SurfaceScales::SurfaceScales(const metric_map_t& map, const layer_name_t& layer)
     smallest_voxel_ = VOXEL_OVER_SPACING * typical_spacing(PointView(*points_), *index_);
 }
 
-const LocalSurfaces& SurfaceScales::surfaces_of_size(size_t size) const
+const VoxelSurface& SurfaceScales::surface(size_t size, uint32_t point) const
 {
     while (sizes_.size() <= size)
-        sizes_.push_back(map_.local_surfaces(layer_, LocalSurfaceOptions::of_voxels(std::ldexp(
-                                                         smallest_voxel_, static_cast<int>(sizes_.size())))));
-    return *sizes_[size];
+    {
+        const double side = std::ldexp(smallest_voxel_, static_cast<int>(sizes_.size()));
+        const auto voxels = map_.voxels(layer_, side);
+        sizes_.push_back({voxels, std::vector<std::optional<VoxelSurface>>(voxels->voxel_count())});
+    }
+    Size& s = sizes_[size];
+    static const VoxelSurface NOTHING;
+    const uint32_t voxel = s.voxels->voxel_of_point()[point];
+    if (voxel == NO_NEIGHBOR) return NOTHING;
+    auto& known = s.surfaces[voxel];
+    if (!known) known = s.voxels->surface(voxel);
+    return *known;
 }
 
 SurfaceAround SurfaceScales::at(uint32_t point) const
@@ -103,12 +110,11 @@ SurfaceAround SurfaceScales::at(uint32_t point) const
     std::optional<SurfaceAround> thin;  // a plane that was seen too sparsely to be sure
     for (size_t k = 0; k < SIZES && smallest_voxel_ > 0; k++)
     {
-        const LocalSurfaces& size = surfaces_of_size(k);
-        const SurfaceAround seen = judged(size, point);
+        const SurfaceAround seen = judged(k, point);
         if (seen.shape == SurfaceShape::Planar)
         {
             if (thin && same_plane(*thin, seen)) return surest(*thin, k, point);
-            if (size.of_point[point].voxels >= FILLED_VOXELS) return surest(seen, k + 1, point);
+            if (surface(k, point).voxels >= FILLED_VOXELS) return surest(seen, k + 1, point);
         }
         thin = seen.shape == SurfaceShape::Planar ? std::optional(seen) : std::nullopt;
         if (first.shape == SurfaceShape::Unknown) first = seen;
@@ -123,37 +129,36 @@ SurfaceAround SurfaceScales::surest(SurfaceAround plane, size_t next_size, uint3
 {
     for (size_t k = next_size; k < SIZES; k++)
     {
-        const SurfaceAround larger = judged(surfaces_of_size(k), point);
+        const SurfaceAround larger = judged(k, point);
         if (larger.shape != SurfaceShape::Planar || !same_plane(plane, larger)) break;
         if (larger.tilt.sum() < plane.tilt.sum()) plane = larger;
     }
     return plane;
 }
 
-SurfaceAround SurfaceScales::judged(const LocalSurfaces& size, uint32_t point) const
+SurfaceAround SurfaceScales::judged(size_t size, uint32_t point) const
 {
-    const LocalSurface& surface = size.of_point[point];
+    const VoxelSurface& s = surface(size, point);
     SurfaceAround out;
-    out.voxel = size.options.voxel;
-    const Eigen::Vector3d e = surface.eigenvalues.cast<double>();
-    if (surface.count < LEAST_POINTS || !(e[2] > 0)) return out;
-    Eigen::Vector3d normal = surface.normal.cast<double>(), along = surface.direction.cast<double>();
+    out.voxel = sizes_[size].voxels->options().voxel_size;
+    const Eigen::Vector3d e(double(s.eigenvalues[0]), double(s.eigenvalues[1]), double(s.eigenvalues[2]));
+    if (s.count < LEAST_POINTS || !(e[2] > 0)) return out;
+    Eigen::Vector3d normal(double(s.nx), double(s.ny), double(s.nz)),
+        along(double(s.dx), double(s.dy), double(s.dz));
     // Of two equal eigenvalues any directions will do.
     if (along.squaredNorm() == 0) along = normal.unitOrthogonal();
     if (normal.squaredNorm() == 0) normal = along.unitOrthogonal();
     normal =
         flat_ ? Eigen::Vector3d::UnitZ() : Eigen::Vector3d(normal - along * along.dot(normal)).normalized();
     out.axes << normal, along.cross(normal), along;
-    const PointView p(*points_);
-    out.mean = Eigen::Vector3d(double(p.x[point]), double(p.y[point]), double(p.z[point])) +
-               surface.to_mean.cast<double>();
+    out.mean = {double(s.mean_x), double(s.mean_y), double(s.mean_z)};
     const bool planar = !flat_ && e[0] <= THIN * e[1] && e[1] >= NARROW * e[2];
     out.shape = e[1] <= THIN_LINE * e[2] ? SurfaceShape::Linear
                 : planar                 ? SurfaceShape::Planar
                                          : SurfaceShape::Other;
-    const bool is_body = e[0] >= BULKY * e[2] && surface.voxels >= BODY_VOXELS;
+    const bool is_body = e[0] >= BULKY * e[2] && s.voxels >= BODY_VOXELS;
     out.bulky = out.shape == SurfaceShape::Other && (flat_ || is_body);
-    const double independent = independent_points(surface.count, flat_);
+    const double independent = independent_points(s.count, flat_);
     out.thickness = std::sqrt(flat_ ? e[1] : e[0]);
     if (out.shape == SurfaceShape::Planar) out.tilt = Eigen::Vector2d(e[0] / e[1], e[0] / e[2]) / independent;
     if (out.shape == SurfaceShape::Linear) out.tilt = Eigen::Vector2d(e[0] / e[2], e[1] / e[2]) / independent;

@@ -31,17 +31,35 @@ uint64_t coordinates_fingerprint(const mrpt::maps::CPointsMap& points)
     return mix(hash, points.getPointsBufferRef_z());
 }
 
-NearestNeighborIndex::ConstPtr LayerIndexCache::get(const std::string& layer,
-                                                    const mrpt::maps::CPointsMap::ConstPtr& points,
-                                                    uint32_t leaf_max_points)
+// ---- Beside the layers ------------------------------------------------------------------------------------
+
+NearestNeighborIndex::ConstPtr metric_map_t::nn_index(const layer_name_t& name,
+                                                      uint32_t leaf_max_points) const
 {
-    const uint64_t fingerprint = coordinates_fingerprint(*points);
-    const std::lock_guard<std::mutex> lock(mutex_);
-    Entry& e = entries_[layer];
-    if (!e.index || e.points != points.get() || e.fingerprint != fingerprint ||
-        e.leaf_max_points != leaf_max_points)
-        e = {points.get(), fingerprint, leaf_max_points, make_nn_index(points, leaf_max_points)};
-    return e.index;
+    const auto points = point_layer(name);
+    return indexes_->indexes.get(name, *points, leaf_max_points,
+                                 [&]() { return make_nn_index(points, leaf_max_points); });
+}
+
+std::shared_ptr<const BlockGrid> metric_map_t::voxels(const layer_name_t& name, double side) const
+{
+    const auto points = point_layer(name);
+    return indexes_->voxels.get(name, *points, side,
+                                [&]()
+                                { return std::make_shared<BlockGrid>(voxels_with_moments(*points, side)); });
+}
+
+LocalSurfaces::ConstPtr metric_map_t::local_surfaces(const layer_name_t& name,
+                                                     const LocalSurfaceOptions& options,
+                                                     uint32_t leaf_max_points) const
+{
+    const auto points = point_layer(name);
+    const auto make = [&]()
+    {
+        const auto index = options.voxel > 0 ? nullptr : nn_index(name, leaf_max_points);
+        return compute_local_surfaces(*points, index.get(), options);
+    };
+    return indexes_->surfaces.get(name, *points, options, make);
 }
 
 }  // namespace mp2p_icp

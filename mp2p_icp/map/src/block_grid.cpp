@@ -33,6 +33,13 @@ void BlockGrid::rebuild(const PointView& points, const BlockGridOptions& options
     }
 }
 
+BlockGrid voxels_with_moments(const PointView& points, double side)
+{
+    BlockGridOptions options;
+    options.voxel_size = side, options.elements = GridElements::None, options.moments = true;
+    return BlockGrid(points, options);
+}
+
 const BlockGridOptions& BlockGrid::options() const
 {
     return data_->options;

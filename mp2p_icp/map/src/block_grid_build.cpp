@@ -284,15 +284,15 @@ void BlockGridData::build(const PointView& points, const BlockGridOptions& new_o
     table.sort_along_curve(scratch.old_numbers);
     if (options.elements == GridElements::Points) put_points_into_slots(points, *this);
     if (has_voxels()) sum_all_voxels(points, *this);
-    if (options.elements == GridElements::VoxelMeans)
-    {
-        compute_means(*this);
-        put_means_into_slots(*this);
-    }
-    size = options.elements == GridElements::Points ? points.size : means.size();
+    if (options.elements != GridElements::Points) compute_means(*this);
+    if (options.elements == GridElements::VoxelMeans) put_means_into_slots(*this);
+    if (options.elements == GridElements::None) open_slots(*this, [](uint32_t) { return 0u; });
+    size = options.elements == GridElements::Points       ? points.size
+           : options.elements == GridElements::VoxelMeans ? means.size()
+                                                          : 0;
     if (!has_voxels()) voxel_of_point.clear();
     if (!options.moments) sums.clear();
-    boxes.build(scratch.block_boxes);
+    boxes.build(options.elements == GridElements::None ? std::vector<ElementBox>() : scratch.block_boxes);
 }
 
 }  // namespace mp2p_icp

@@ -70,7 +70,7 @@ struct BlockGridData
 
     BuildScratch scratch;
 
-    bool has_voxels() const { return options.elements == GridElements::VoxelMeans || options.moments; }
+    bool has_voxels() const { return options.elements != GridElements::Points || options.moments; }
     void clear();
     void build(const PointView& points, const BlockGridOptions& new_options);
 };

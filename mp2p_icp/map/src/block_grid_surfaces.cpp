@@ -44,100 +44,118 @@ VoxelSums moved_sums(const double* s, double dx, double dy, double dz)
             s[9] + dz * (2 * s[3] + n * dz)};
 }
 
-/// For a block that is `step` away: those of its cells that touch the block in the middle.
-uint64_t touching_cells(const int step[3])
+/// Some cells of one of the 27 blocks around a block.
+struct CellsOfBlock
 {
+    size_t block = 13;  ///< x + 3 y + 9 z of its steps, each 0 ... 2; 13 is the one in the middle
     uint64_t cells = 0;
-    for (int c = 0; c < 64; c++)
-    {
-        const int at[3] = {c & 3, c >> 2 & 3, c >> 4};
-        bool touches = true;
-        for (int a = 0; a < 3; a++) touches &= step[a] == 0 || at[a] == (step[a] > 0 ? 0 : 3);
-        if (touches) cells |= uint64_t(1) << c;
-    }
-    return cells;
-}
-
-struct TouchingCells
-{
-    std::array<uint64_t, 27> of_step;
-    TouchingCells()
-    {
-        for (int n = 0; n < 27; n++)
-        {
-            const int step[3] = {n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1};
-            of_step[static_cast<size_t>(n)] = touching_cells(step);
-        }
-    }
 };
 
-/// A block and the voxels that touch it, with sums from the centre of the block.
-class BlockWithBorder
+/// Of each cell of a block: the 3x3x3 cells around it, by the up to eight blocks in which they are.
+class CellsAround
 {
  public:
-    void fill(const BlockGridData& d, uint32_t block)
+    CellsAround()
     {
-        static const TouchingCells touching;
-        place_.fill(0);
-        count_ = 1;  // number 0 stands for voxels without points
-        const BlockCoord& own = d.table[block];
-        for (size_t n = 0; n < 27; n++)
+        for (int c = 0; c < 64; c++) set(c & 3, c >> 2 & 3, c >> 4, of_cell_[static_cast<size_t>(c)]);
+    }
+    const std::vector<CellsOfBlock>& of_cell(int cell) const { return of_cell_[static_cast<size_t>(cell)]; }
+
+ private:
+    static void set(int x, int y, int z, std::vector<CellsOfBlock>& out)
+    {
+        std::array<uint64_t, 27> cells{};
+        for (int n = 0; n < 27; n++)
         {
-            // Cells of this block that touch the other one: those of the other are on the opposite side.
-            if ((d.voxel_masks[block] & touching.of_step[26 - n]) == 0) continue;
-            const int step[3] = {int(n) % 3 - 1, int(n) / 3 % 3 - 1, int(n) / 9 - 1};
-            const uint32_t other =
-                n == 13 ? block : d.table.find({own.x + step[0], own.y + step[1], own.z + step[2]});
-            if (other != NO_BLOCK) add_voxels(d, other, step, touching.of_step[n]);
+            // Of the cell, counted from the lowest block around.
+            const int at[3] = {x + 3 + n % 3, y + 3 + n / 3 % 3, z + 3 + n / 9};
+            cells[static_cast<size_t>(at[0] / 4 + 3 * (at[1] / 4) + 9 * (at[2] / 4))] |=
+                uint64_t(1) << (at[0] % 4 + 4 * (at[1] % 4) + 16 * (at[2] % 4));
         }
+        for (size_t b = 0; b < 27; b++)
+            if (cells[b]) out.push_back({b, cells[b]});
     }
 
-    /// Over the 3x3x3 voxels around a cell of the block. \param voxels how many of them have points
-    VoxelSums sum_around(int cell, uint32_t& voxels) const
+    std::array<std::vector<CellsOfBlock>, 64> of_cell_;
+};
+
+/// A block, and those around it as far as they were asked for.
+class BlockAmongOthers
+{
+ public:
+    BlockAmongOthers(const BlockGridData& d, uint32_t block) : d_(d), own_(d.table[block])
     {
-        std::array<uint8_t, 28> found;
-        size_t count = 0;
-        const uint8_t* corner = &place_[place_of(cell & 3, cell >> 2 & 3, cell >> 4) - place_of(0, 0, 0)];
-        for (size_t z = 0; z < 3; z++)
-            for (size_t y = 0; y < 3; y++)
-                for (size_t x = 0; x < 3; x++)
-                {
-                    const uint8_t number = corner[x + 6 * y + 36 * z];
-                    found[count] = number;
-                    count += number != 0;
-                }
-        voxels = static_cast<uint32_t>(count);
+        others_.fill(NOT_ASKED);
+        others_[13] = block;
+    }
+
+    /// Over the 3x3x3 voxels around a cell of the block, from the block's centre. \param voxels how many of
+    /// them have points
+    VoxelSums sum_around(int cell, uint32_t& voxels)
+    {
+        static const CellsAround around;
+        voxels = 0;
         VoxelSums sum{};
-        for (size_t f = 0; f < count; f++)
-            for (size_t k = 0; k < SUMS_WITH_MOMENTS; k++) sum[k] += sums_[found[f]][k];
+        for (const CellsOfBlock& part : around.of_cell(cell))
+        {
+            const uint32_t block = other(part.block);
+            if (block == NO_BLOCK) continue;
+            const uint64_t wanted = d_.voxel_masks[block] & part.cells;
+            if (!wanted) continue;
+            voxels += count_bits(wanted);
+            const VoxelSums there = sum_of(block, wanted);
+            add(sum, (part.block == 13 ? there : moved(there, part.block)).data());
+        }
         return sum;
     }
 
  private:
-    /// Of a cell of the block (0...3) or of its border (-1 and 4), among 6x6x6.
-    static size_t place_of(int x, int y, int z)
+    static constexpr uint32_t NOT_ASKED = NO_BLOCK - 1;
+
+    static std::array<int, 3> step_to(size_t n)
     {
-        return static_cast<size_t>(x + 1 + 6 * (y + 1) + 36 * (z + 1));
+        const int k = static_cast<int>(n);
+        return {k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1};
     }
 
-    void add_voxels(const BlockGridData& d, uint32_t block, const int step[3], uint64_t wanted)
+    uint32_t other(size_t n)
     {
-        const uint64_t occupied = d.voxel_masks[block];
-        for (uint64_t left = occupied & wanted; left; left &= left - 1)
+        if (others_[n] == NOT_ASKED)
         {
-            const int cell = __builtin_ctzll(left);
-            const uint64_t below = (uint64_t(1) << cell) - 1;
-            const size_t voxel = d.first_voxel[block] + count_bits(occupied & below);
-            sums_[count_] =
-                moved_sums(&d.sums[voxel * SUMS_WITH_MOMENTS], 4 * step[0], 4 * step[1], 4 * step[2]);
-            place_[place_of((cell & 3) + 4 * step[0], (cell >> 2 & 3) + 4 * step[1],
-                            (cell >> 4) + 4 * step[2])] = count_++;
+            const auto step = step_to(n);
+            others_[n] = d_.table.find({own_.x + step[0], own_.y + step[1], own_.z + step[2]});
         }
+        return others_[n];
     }
 
-    std::array<uint8_t, 216> place_;  ///< number of the voxel there; 0: no points
-    std::array<VoxelSums, 217> sums_;
-    uint8_t count_ = 1;
+    static void add(VoxelSums& to, const double* from)
+    {
+        for (size_t k = 0; k < SUMS_WITH_MOMENTS; k++) to[k] += from[k];
+    }
+
+    /// From the centre of the block they are in.
+    VoxelSums sum_of(uint32_t block, uint64_t cells) const
+    {
+        VoxelSums sum{};
+        const uint64_t occupied = d_.voxel_masks[block];
+        for (; cells; cells &= cells - 1)
+        {
+            const uint64_t below = (cells & -cells) - 1;
+            const size_t voxel = d_.first_voxel[block] + count_bits(occupied & below);
+            add(sum, &d_.sums[voxel * SUMS_WITH_MOMENTS]);
+        }
+        return sum;
+    }
+
+    static VoxelSums moved(const VoxelSums& sums, size_t n)
+    {
+        const auto step = step_to(n);
+        return moved_sums(sums.data(), 4 * step[0], 4 * step[1], 4 * step[2]);
+    }
+
+    const BlockGridData& d_;
+    BlockCoord own_;
+    std::array<uint32_t, 27> others_;
 };
 
 /// Surfaces of consecutive voxels, a batch at a time.
@@ -202,16 +220,15 @@ class SurfaceWriter
 /// Writes the surfaces of all voxels of the blocks first ... last - 1.
 void write_surfaces(const BlockGridData& d, size_t first, size_t last, double min_spread, VoxelSurface* out)
 {
-    BlockWithBorder around;
     SurfaceWriter writer(out + d.first_voxel[first], d.frame.side, min_spread);
     for (size_t b = first; b < last; b++)
     {
-        around.fill(d, static_cast<uint32_t>(b));
+        BlockAmongOthers block(d, static_cast<uint32_t>(b));
         const auto centre = block_centre(d.frame, d.table[static_cast<uint32_t>(b)]);
         for (uint64_t left = d.voxel_masks[b]; left; left &= left - 1)
         {
             uint32_t voxels = 0;
-            const VoxelSums sums = around.sum_around(__builtin_ctzll(left), voxels);
+            const VoxelSums sums = block.sum_around(__builtin_ctzll(left), voxels);
             writer.add(sums, voxels, centre);
         }
     }
@@ -223,6 +240,12 @@ size_t block_from(const BlockGridData& d, size_t voxel)
 {
     return static_cast<size_t>(std::lower_bound(d.first_voxel.begin(), d.first_voxel.end() - 1, voxel) -
                                d.first_voxel.begin());
+}
+
+uint32_t block_of_voxel(const BlockGridData& d, uint32_t voxel)
+{
+    const auto after = std::upper_bound(d.first_voxel.begin(), d.first_voxel.end(), voxel);
+    return static_cast<uint32_t>(after - d.first_voxel.begin() - 1);
 }
 }  // namespace
 
@@ -239,6 +262,25 @@ void BlockGrid::surfaces(std::vector<VoxelSurface>& out, double min_spread) cons
                             const size_t b0 = block_from(d, first), b1 = block_from(d, last);
                             if (b0 < b1) write_surfaces(d, b0, b1, min_spread, out.data());
                         });
+}
+
+VoxelSurface BlockGrid::surface(uint32_t voxel, double min_spread) const
+{
+    const BlockGridData& d = *data_;
+    if (!d.options.moments)
+        throw std::invalid_argument("BlockGrid::surface(): the grid was built without moments");
+    if (voxel >= voxel_count())
+        throw std::invalid_argument("BlockGrid::surface(): there is no voxel " + std::to_string(voxel));
+    const uint32_t b = block_of_voxel(d, voxel);
+    uint64_t cells = d.voxel_masks[b];
+    for (uint32_t before = d.first_voxel[b]; before < voxel; before++) cells &= cells - 1;
+    VoxelSurface out;
+    SurfaceWriter writer(&out, d.frame.side, min_spread);
+    uint32_t voxels = 0;
+    const VoxelSums sums = BlockAmongOthers(d, b).sum_around(__builtin_ctzll(cells), voxels);
+    writer.add(sums, voxels, block_centre(d.frame, d.table[b]));
+    writer.flush();
+    return out;
 }
 
 }  // namespace mp2p_icp

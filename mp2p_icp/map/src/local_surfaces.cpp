@@ -1,6 +1,5 @@
 #include <mp2p_icp/block_grid.h>
 #include <mp2p_icp/local_surfaces.h>
-#include <mp2p_icp/metricmap.h>
 #include <mp2p_icp/numbers.h>
 #include <mp2p_icp/parallel.h>
 
@@ -8,8 +7,6 @@
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
-
-#include "LayerIndexCache.h"
 
 namespace mp2p_icp
 {
@@ -131,79 +128,40 @@ LocalSurface as_local_surface(const VoxelSurface& v, const Eigen::Vector3f& poin
     return s;
 }
 
-void make_voxel_surfaces(const PointView& points, double side, std::vector<LocalSurface>& out)
+LocalSurfaces::ConstPtr voxel_surfaces(const PointView& points, double side)
 {
-    BlockGridOptions options;
-    options.voxel_size = side, options.moments = true;
-    const BlockGrid grid(points, options);
+    const auto surfaces = std::make_shared<LocalSurfaces>();
+    surfaces->options = LocalSurfaceOptions::of_voxels(side);
+    auto& out = surfaces->of_point;
+    out.resize(points.size);
+    const BlockGrid grid = voxels_with_moments(points, side);
     std::vector<VoxelSurface> of_voxel;
     grid.surfaces(of_voxel);
     const auto& voxel_of_point = grid.voxel_of_point();
     for (size_t i = 0; i < points.size; i++)
         if (voxel_of_point[i] != NO_NEIGHBOR)
             out[i] = as_local_surface(of_voxel[voxel_of_point[i]], {points.x[i], points.y[i], points.z[i]});
+    return surfaces;
 }
 }  // namespace
 
 LocalSurfaces::ConstPtr compute_local_surfaces(const mrpt::maps::CPointsMap& points,
-                                               const NearestNeighborIndex& index,
+                                               const NearestNeighborIndex* index,
                                                const LocalSurfaceOptions& options)
 {
     check(options);
-    if (index.size() != points.size())
-        throw std::invalid_argument("local surfaces: the index is of " + std::to_string(index.size()) +
+    if (options.voxel > 0) return voxel_surfaces(points, options.voxel);
+    if (!index) throw std::invalid_argument("local surfaces: neighbours need an index");
+    if (index->size() != points.size())
+        throw std::invalid_argument("local surfaces: the index is of " + std::to_string(index->size()) +
                                     " points, the layer has " + std::to_string(points.size()));
     const auto out = std::make_shared<LocalSurfaces>();
     out->options = options;
     out->of_point.resize(points.size());
-    if (options.voxel > 0)
-    {
-        make_voxel_surfaces(points, options.voxel, out->of_point);
-        return out;
-    }
-    const SurfaceMaker maker(points, index, options);
+    const SurfaceMaker maker(points, *index, options);
     parallel_for_blocks(points.size(),
                         [&](size_t first, size_t last) { maker.make(first, last, out->of_point.data()); });
     return out;
-}
-
-// ---- Beside the layer -------------------------------------------------------------------------------------
-
-LocalSurfaces::ConstPtr LayerIndexCache::surfaces(const std::string& layer,
-                                                  const mrpt::maps::CPointsMap::ConstPtr& points,
-                                                  const LocalSurfaceOptions& options,
-                                                  uint32_t leaf_max_points)
-{
-    constexpr size_t KEPT_PER_LAYER = 8;
-    const uint64_t fingerprint = coordinates_fingerprint(*points);
-    const auto find = [&]() -> LocalSurfaces::ConstPtr
-    {
-        SurfaceEntry& e = surface_entries_[layer];
-        if (e.points != points.get() || e.fingerprint != fingerprint) e = {points.get(), fingerprint, {}};
-        for (const auto& s : e.surfaces)
-            if (s->options == options) return s;
-        return nullptr;
-    };
-    {
-        const std::lock_guard<std::mutex> lock(mutex_);
-        if (const auto found = find()) return found;
-    }
-    // Not under the lock: a thread that waits for the others' blocks may be given work that wants the lock.
-    // Two that come at once compute the same; the first result stays.
-    const auto made = compute_local_surfaces(*points, *get(layer, points, leaf_max_points), options);
-    const std::lock_guard<std::mutex> lock(mutex_);
-    if (const auto found = find()) return found;
-    auto& kept = surface_entries_[layer].surfaces;
-    if (kept.size() == KEPT_PER_LAYER) kept.erase(kept.begin());
-    kept.push_back(made);
-    return made;
-}
-
-LocalSurfaces::ConstPtr metric_map_t::local_surfaces(const layer_name_t& name,
-                                                     const LocalSurfaceOptions& options,
-                                                     uint32_t leaf_max_points) const
-{
-    return indexes_->surfaces(name, point_layer(name), options, leaf_max_points);
 }
 
 }  // namespace mp2p_icp

@@ -17,18 +17,24 @@ float distance_sq(const PointArrays& a, size_t i, const PointView& b, size_t j)
 }
 }  // namespace
 
-bool TrackedNearest::is_known(size_t i, const PointView& points, const PointArrays& now, float max_dist_sq,
-                              uint32_t& id, float& dist_sq) const
+bool TrackedNearest::Memory::knows(size_t i, const PointView& points, const PointArrays& now,
+                                   float max_dist_sq, uint32_t& id, float& dist_sq) const
 {
-    const float moved = std::sqrt(distance_sq(now, i, at_, i));
+    const float moved = std::sqrt(distance_sq(now, i, at, i));
     BoundedNeighbor before;
-    before.id = nearest_[i], before.others = others_[i];
+    before.id = nearest[i], before.others = others[i];
     id = NO_NEIGHBOR, dist_sq = std::numeric_limits<float>::infinity();
     if (before.id == NO_NEIGHBOR) return before.is_still_alone(moved, std::sqrt(max_dist_sq) * (1 + 1e-6f));
     const float now_sq = distance_sq(now, i, points, before.id);
     if (!before.is_still_nearest(moved, now_sq)) return false;
     if (now_sq < max_dist_sq) id = before.id, dist_sq = now_sq;
     return true;
+}
+
+void TrackedNearest::Memory::remember(size_t i, const PointArrays& now, uint32_t found, float others_from)
+{
+    nearest[i] = found, others[i] = others_from;
+    at.x[i] = now.x[i], at.y[i] = now.y[i], at.z[i] = now.z[i];
 }
 
 void TrackedNearest::search(const NearestNeighborIndex& index, const std::vector<uint32_t>& which,
@@ -50,8 +56,7 @@ void TrackedNearest::search(const NearestNeighborIndex& index, const std::vector
     {
         const uint32_t i = which[k];
         ids[i] = found[k], dist_sq[i] = found_sq[k];
-        nearest_[i] = found[k], others_[i] = others[k];
-        at_.x[i] = now.x[i], at_.y[i] = now.y[i], at_.z[i] = now.z[i];
+        last_.remember(i, now, found[k], others[k]);
     }
 }
 
@@ -62,21 +67,22 @@ void TrackedNearest::find(const NearestNeighborIndex& index, const PointView& po
     const size_t n = local.ids.size();
     ids.resize(n), dist_sq.resize(n);
     const bool others_than_before = local_ids_ != local.ids;
-    if (others_than_before)
+    if (others_than_before) local_ids_ = local.ids, last_.resize(n);
+    const auto is_known = [&](size_t i)
     {
-        local_ids_ = local.ids;
-        at_.resize(n), nearest_.resize(n), others_.resize(n);
-    }
+        return last_.knows(i, points, local.in_global, max_dist_sq[i], ids[i], dist_sq[i]) ||
+               first_.knows(i, points, local.in_global, max_dist_sq[i], ids[i], dist_sq[i]);
+    };
     parallel_for_blocks(n,
                         [&](size_t first, size_t last)
                         {
                             std::vector<uint32_t> unknown;
                             for (size_t i = first; i < last; i++)
-                                if (others_than_before ||
-                                    !is_known(i, points, local.in_global, max_dist_sq[i], ids[i], dist_sq[i]))
+                                if (others_than_before || !is_known(i))
                                     unknown.push_back(static_cast<uint32_t>(i));
                             search(index, unknown, local.in_global, max_dist_sq, ids, dist_sq);
                         });
+    if (others_than_before) first_ = last_;
 }
 
 }  // namespace mp2p_icp

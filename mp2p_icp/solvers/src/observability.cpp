@@ -29,14 +29,21 @@ struct Seen
     std::optional<ResidualTerm> direction;
 };
 
-Seen seen(const PreparedPairings& in, size_t i, const CPose3D& pose, double L)
+struct Motion
+{
+    Matrix3d R;
+    Vector3d t;
+    explicit Motion(const CPose3D& pose) : R(rotation_of(pose)), t(translation_of(pose)) {}
+};
+
+Seen seen(const PreparedPairings& in, size_t i, const Motion& motion, double L)
 {
     const PairingId id = pairing_id(in.pairings(), i);
     const PairingTerms terms = in.terms(id);
     Seen out;
     out.w = in.weight(id), out.position = terms.position, out.direction = terms.direction;
     if (terms.direction) out.direction_w = in.direction_weight(id, L);
-    out.p = rotation_of(pose) * terms.position.b + translation_of(pose);
+    out.p = motion.R * terms.position.b + motion.t;
     return out;
 }
 
@@ -51,21 +58,21 @@ struct Spread
 Spread spread_of(const PreparedPairings& in, const CPose3D& pose, const AnalysisOptions& options)
 {
     Spread s;
-    double n = 0, squares = 0;
-    const auto for_each_position = [&](const auto& f)
+    const Motion motion(pose);
+    std::vector<Vector3d> positions;
+    positions.reserve(in.size());
+    for (size_t i = 0; i < in.size(); i++)
     {
-        for (size_t i = 0; i < in.size(); i++)
-            if (const Seen x = seen(in, i, pose, 1); x.w > 0 || x.direction_w > 0) f(x);
-    };
-    for_each_position(
-        [&](const Seen& x)
-        {
-            s.mean += x.p, n += 1;
-            s.largest = std::max({s.largest, x.p.cwiseAbs().maxCoeff(), x.position.q.cwiseAbs().maxCoeff()});
-        });
-    if (n == 0) return s;
+        const Seen x = seen(in, i, motion, 1);
+        if (!(x.w > 0 || x.direction_w > 0)) continue;
+        positions.push_back(x.p), s.mean += x.p;
+        s.largest = std::max({s.largest, x.p.cwiseAbs().maxCoeff(), x.position.q.cwiseAbs().maxCoeff()});
+    }
+    if (positions.empty()) return s;
+    const double n = static_cast<double>(positions.size());
     s.mean /= n;
-    for_each_position([&](const Seen& x) { squares += (x.p - s.mean).squaredNorm(); });
+    double squares = 0;
+    for (const Vector3d& p : positions) squares += (p - s.mean).squaredNorm();
     // Of rounding: one unit in the last place / sqrt(12).
     s.rounding = options.coordinate_rounding.value_or(s.largest * options.epsilon / std::sqrt(12.0));
     const double rms = std::sqrt(squares / n), resolved = std::max(10 * s.rounding, 1e-12 * s.largest);
@@ -84,6 +91,15 @@ struct Normal
             positions += o.positions;
         return *this;
     }
+    double residual_rms() const
+    {
+        return positions ? std::sqrt(position_squares / static_cast<double>(positions)) : 0.0;
+    }
+    void add_position(const Seen& x)
+    {
+        if (!(x.w > 0)) return;
+        position_squares += (x.position.C * (x.p - x.position.q)).squaredNorm(), positions++;
+    }
     void add(double weight, const ResidualTerm& t, const Eigen::Matrix<double, 3, 6>& J,
              const Vector3d& difference)
     {
@@ -95,7 +111,7 @@ struct Normal
 
 Normal normal_matrix(const PreparedPairings& in, const CPose3D& pose, const Spread& s, double direction_L)
 {
-    const Matrix3d R = rotation_of(pose);
+    const Motion motion(pose);
     return block_sum<Normal>(
         in.size(),
         [&](size_t from, size_t to)
@@ -104,15 +120,15 @@ Normal normal_matrix(const PreparedPairings& in, const CPose3D& pose, const Spre
             Eigen::Matrix<double, 3, 6> J;
             for (size_t i = from; i < to; i++)
             {
-                const Seen x = seen(in, i, pose, direction_L);
+                const Seen x = seen(in, i, motion, direction_L);
                 if (x.w > 0)
                 {
                     J << Matrix3d::Identity(), -skew(x.p - s.mean) / s.L;
                     n.add(x.w, x.position, J, x.p - x.position.q);
-                    n.position_squares += (x.position.C * (x.p - x.position.q)).squaredNorm(), n.positions++;
+                    n.add_position(x);
                 }
                 if (!(x.direction_w > 0)) continue;
-                const Vector3d rotated = R * x.direction->b;
+                const Vector3d rotated = motion.R * x.direction->b;
                 J << Matrix3d::Zero(), -skew(rotated) / s.L;
                 n.add(x.direction_w, *x.direction, J, rotated - x.direction->q);
             }
@@ -338,7 +354,7 @@ Observability judge(const Normal& n, const Matrix6& feigned, const Spread& s, co
                     const AnalysisOptions& options)
 {
     Observability out;
-    out.residual_rms = n.positions ? std::sqrt(n.position_squares / static_cast<double>(n.positions)) : 0.0;
+    out.residual_rms = n.residual_rms();
 
     const Eigen::SelfAdjointEigenSolver<Matrix6> all(n.H);
     const double largest = all.eigenvalues()(5);
@@ -456,6 +472,23 @@ Observability observability(const PoseQuadratic& sums, const mrpt::poses::CPose3
     options.largest_deviation = parameters.largest_deviation;
     options.prior = parameters.prior, options.prior_deviation = parameters.prior_deviation;
     return analyse(sums, pose, options);
+}
+
+double residual_rms(const Pairings& pairings, const mrpt::poses::CPose3D& pose,
+                    const PairWeights& pair_weights)
+{
+    PreparedPairings in(pairings, pair_weights);
+    in.drop_unusable();
+    const Motion motion(pose);
+    const Normal n = block_sum<Normal>(in.size(),
+                                       [&](size_t from, size_t to)
+                                       {
+                                           Normal part;
+                                           for (size_t i = from; i < to; i++)
+                                               part.add_position(seen(in, i, motion, 1));
+                                           return part;
+                                       });
+    return n.residual_rms();
 }
 
 mrpt::math::CMatrixDouble66 covariance(const Pairings& pairings, const mrpt::poses::CPose3D& pose,

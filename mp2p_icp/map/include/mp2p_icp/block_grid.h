@@ -30,8 +30,9 @@ struct PointView
 /// What BlockGrid searches among.
 enum class GridElements : uint8_t
 {
-    Points,     ///< the given points; indices are theirs
-    VoxelMeans  ///< the means of the voxels; indices are those of means()
+    Points,      ///< the given points; indices are theirs
+    VoxelMeans,  ///< the means of the voxels; indices are those of means()
+    None         ///< nothing: only the voxels are wanted
 };
 
 struct BlockGridOptions
@@ -151,6 +152,8 @@ class BlockGrid
      * was built without moments
      */
     void surfaces(std::vector<VoxelSurface>& out, double min_spread = 1e-4) const;
+    /// That of one voxel, to the bit as in surfaces(); about 0.2 microseconds.
+    VoxelSurface surface(uint32_t voxel, double min_spread = 1e-4) const;
 
     /** \name Search. Finds elements closer than sqrt(max_dist_sq), which may be infinite. A query that is not
      * finite has no neighbour.
@@ -166,5 +169,8 @@ class BlockGrid
  private:
     std::unique_ptr<struct BlockGridData> data_;
 };
+
+/// For surface() and surfaces(); nothing can be searched in it.
+BlockGrid voxels_with_moments(const PointView& points, double side);
 
 }  // namespace mp2p_icp

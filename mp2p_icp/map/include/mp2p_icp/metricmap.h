@@ -1,5 +1,6 @@
 #pragma once
 
+#include <mp2p_icp/block_grid.h>
 #include <mp2p_icp/fitted_line.h>
 #include <mp2p_icp/local_surfaces.h>
 #include <mp2p_icp/nn_index.h>
@@ -23,7 +24,7 @@ namespace mp2p_icp
 {
 using layer_name_t = std::string;
 
-class LayerIndexCache;
+struct LayerIndexCache;
 
 /** What a sensor, or a map, offers for alignment: named layers of MRPT maps (mostly point clouds), planes and
  * lines.
@@ -90,11 +91,17 @@ class metric_map_t : public mrpt::serialization::CSerializable,
     NearestNeighborIndex::ConstPtr nn_index(const layer_name_t& name, uint32_t leaf_max_points = 0) const;
 
     /** Normals and local covariances of a cloud layer, found by its nn_index(). Made, kept and made again as
-     * that is; of each layer the four latest sets of options are kept. \exception std::invalid_argument as
+     * that is; of each layer those of the eight latest sets of options are kept. \exception std::invalid_argument as
      * point_layer(), or for options out of their ranges. Thread-safe.
      */
     LocalSurfaces::ConstPtr local_surfaces(const layer_name_t& name, const LocalSurfaceOptions& options,
                                            uint32_t leaf_max_points = 0) const;
+
+    /** The voxels of a cloud layer, for BlockGrid::surface(): costs little where surfaces are wanted around a
+     * part of the points only. Nothing can be searched in it. Made, kept and made again as local_surfaces().
+     * \param side m \exception std::invalid_argument as point_layer() and BlockGrid::rebuild(). Thread-safe.
+     */
+    std::shared_ptr<const BlockGrid> voxels(const layer_name_t& name, double side) const;
 
     /** The whole numbers of metres that were subtracted from the coordinates of far-away data when they were
      * stored (MRPT's clouds are float: beyond 10 km they lose centimetres). Kept in metadata as

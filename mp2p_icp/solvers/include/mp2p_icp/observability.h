@@ -93,6 +93,10 @@ Observability observability(const Pairings& pairings, const mrpt::poses::CPose3D
 Observability observability(const PoseQuadratic& sums, const mrpt::poses::CPose3D& pose,
                             const ObservabilityParameters& parameters = {});
 
+/// observability().residual_rms alone, in a fifth of the time.
+double residual_rms(const Pairings& pairings, const mrpt::poses::CPose3D& pose,
+                    const PairWeights& pair_weights = {});
+
 /// observability().covariance: the covariance (x y z yaw pitch roll; m, rad) of the pose given its pairings.
 mrpt::math::CMatrixDouble66 covariance(const Pairings& pairings, const mrpt::poses::CPose3D& pose,
                                        const ObservabilityParameters& parameters = {});
