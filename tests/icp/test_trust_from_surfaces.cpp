@@ -260,3 +260,30 @@ TEST(TowardGuess, a_screw_advances_as_it_turns)
     EXPECT_NEAR(back.y(), std::cos(M_PI / 6), 1e-14);
     EXPECT_NEAR(back.z(), -0.5 * M_PI / 6, 1e-14);
 }
+
+TEST(trust_from_surfaces, a_run_that_cannot_go_on_from_the_guess_along_free_motions_has_failed)
+{
+    SeededRandom random(31);
+    auto floor = mrpt::maps::CSimplePointsMap::Create();
+    for (int i = 0; i < 4000; i++)
+        floor->insertPoint(static_cast<float>(random.uniform(-3, 3)),
+                           static_cast<float>(random.uniform(-3, 3)),
+                           static_cast<float>(random.gaussian(0.01)));
+    const metric_map_t map = map_of(floor);
+    int calls = 0, answered = std::numeric_limits<int>::max();
+    Bench bench;
+    bench.solver->script = [&](const Pairings&, OptimalTF_Result& out, const SolverContext& c)
+    {
+        out.optimalPose = *c.guessRelativePose;
+        return ++calls <= answered;
+    };
+    const CPose3D guess(0.01, 0, 0, 0, 0, 0);
+    EXPECT_EQ(bench.align(map, map, guess).verdict, Verdict::under_constrained);
+    EXPECT_EQ(calls, 2);  // in the iterations, and once more with x, y and yaw as in the guess
+    calls = 0, answered = 1;
+    const Results r = bench.align(map, map, guess);
+    EXPECT_EQ(r.verdict, Verdict::failed);
+    EXPECT_NE(r.verdict_reason.find("nothing to solve with"), std::string::npos) << r.verdict_reason;
+    EXPECT_TRUE(r.unobservable.empty());
+    EXPECT_TRUE(same_bits(r.optimal_tf.mean, guess));
+}

@@ -566,11 +566,36 @@ PointArrays wavy_cloud(size_t n, uint64_t seed, const Point& centre)
 }
 }  // namespace
 
+namespace
+{
+void expect_same_surface(const VoxelSurface& a, const VoxelSurface& b)
+{
+    const auto numbers = [](const VoxelSurface& s)
+    {
+        return std::vector<float>{s.nx,
+                                  s.ny,
+                                  s.nz,
+                                  s.dx,
+                                  s.dy,
+                                  s.dz,
+                                  s.mean_x,
+                                  s.mean_y,
+                                  s.mean_z,
+                                  s.eigenvalues[0],
+                                  s.eigenvalues[1],
+                                  s.eigenvalues[2]};
+    };
+    EXPECT_EQ(numbers(a), numbers(b));
+    EXPECT_EQ(a.count, b.count);
+    EXPECT_EQ(a.voxels, b.voxels);
+}
+}  // namespace
+
 TEST(BlockGrid, SurfacesAreThoseOfAllPointsInThe27Voxels)
 {
     for (const Point& centre : {Point{0, 0, 0}, Point{-2e3f, 1e3f, -50}})
         for (const double side : {0.05, 0.4, 3.0, 100.0})
-            for (const auto elements : {GridElements::VoxelMeans, GridElements::Points})
+            for (const auto elements : {GridElements::VoxelMeans, GridElements::Points, GridElements::None})
             {
                 SCOPED_TRACE(::testing::Message() << "centre " << centre.x << ", voxels of " << side);
                 const PointArrays cloud = wavy_cloud(1500, 23, centre);
@@ -579,6 +604,9 @@ TEST(BlockGrid, SurfacesAreThoseOfAllPointsInThe27Voxels)
                 std::vector<VoxelSurface> surfaces;
                 grid.surfaces(surfaces, 1e-3);
                 ASSERT_EQ(surfaces.size(), voxels.size());
+                for (uint32_t v = 0; v < surfaces.size(); v++)
+                    expect_same_surface(grid.surface(v, 1e-3), surfaces[v]);
+                EXPECT_THROW(grid.surface(static_cast<uint32_t>(voxels.size())), std::invalid_argument);
                 size_t with_normal = 0;
                 for (const auto& [cell, voxel] : voxels)
                     with_normal += expect_surface(surfaces[grid.voxel_of_point()[voxel.points[0]]],
@@ -628,6 +656,22 @@ TEST(BlockGrid, APlaneHasItsNormalAndALineOrTwoPointsHaveNone)
             BlockGrid(two, options(1, GridElements::VoxelMeans)).surfaces(out);
         },
         std::invalid_argument);
+    EXPECT_THROW(BlockGrid(two, options(1, GridElements::VoxelMeans)).surface(0), std::invalid_argument);
+}
+
+TEST(BlockGrid, WithoutElementsItHasItsVoxelsAndFindsNothing)
+{
+    const PointArrays cloud = wavy_cloud(1500, 27, {1, 2, 3});
+    const BlockGrid grid(cloud, options(0.4, GridElements::None));
+    expect_voxels(grid, cloud, 0.4);
+    EXPECT_EQ(grid.size(), 0u);
+    EXPECT_FALSE(grid.bounding_box());
+    EXPECT_EQ(grid.mean_companions(), 0);
+    for (size_t i = 0; i < 1500; i += 100)
+    {
+        EXPECT_EQ(grid.nearest(cloud.x[i], cloud.y[i], cloud.z[i], INF).id, NO_NEIGHBOR);
+        EXPECT_TRUE(ask(grid, {cloud.x[i], cloud.y[i], cloud.z[i]}, INF, 3).empty());
+    }
 }
 
 TEST(BlockGrid, PointsThatAreNotFiniteAreCountedAndLeftOut)

@@ -117,6 +117,20 @@ TEST(TrackedNearest, ties_and_points_exactly_on_others_are_those_of_a_new_search
         expect_as_new(*index, *grid, moved(*queries, {x, 0, 0}), 4.0f, tracked);
 }
 
+TEST(TrackedNearest, back_where_they_were_first_nothing_is_searched)
+{
+    const auto global = random_cloud(500, 9), local = random_cloud(400, 10);
+    const CountingIndex index(make_nn_index(global));
+    TrackedNearest tracked;
+    const LocalPoints first = moved(*local, {0, 0, 0}), far = moved(*local, {1, 0.5, 0});
+    expect_as_new(index, *global, first, 1.0f, tracked);
+    expect_as_new(index, *global, far, 1.0f, tracked);
+    const size_t searched = index.searched;
+    EXPECT_GT(searched, 500u);  // far away, most had to be looked for
+    expect_as_new(index, *global, first, 0.25f, tracked);
+    EXPECT_EQ(index.searched, searched);
+}
+
 TEST(TrackedNearest, other_points_than_before_are_looked_for_anew)
 {
     const auto global = random_cloud(500, 5), local = random_cloud(400, 6);

@@ -307,6 +307,7 @@ TEST(Observability, SigmaIsEstimatedFromTheResiduals)
     const double squares = residuals(p, pose).squaredNorm();
     EXPECT_NEAR(o.sigma, std::sqrt(squares / (3 * 2000 - 6)), 1e-9);
     EXPECT_NEAR(o.residual_rms, std::sqrt(squares / 2000), 1e-9);
+    EXPECT_DOUBLE_EQ(residual_rms(p, pose), o.residual_rms);
     const Matrix6 expected = numeric_information(p, pose, o.sigma);
     EXPECT_LT((as_eigen(o.information) - expected).norm(), 1e-7 * expected.norm());
 }
@@ -776,6 +777,7 @@ TEST(Observability, PairingsWithNanAreLeftOut)
             const Observability o = observability(bad, pose, known_sigma(0.01));
             EXPECT_EQ(as_eigen(o.information), as_eigen(expected.information)) << kinds << " " << where;
             EXPECT_EQ(o.residual_rms, expected.residual_rms) << kinds << " " << where;
+            EXPECT_DOUBLE_EQ(residual_rms(bad, pose), o.residual_rms) << kinds << " " << where;
         }
     }
 }

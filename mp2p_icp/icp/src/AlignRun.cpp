@@ -86,7 +86,11 @@ bool AlignRun::one_iteration(uint32_t iteration)
         return false;
     };
     const auto tle = mrpt::system::CTimeLoggerEntry(*icp_.profiler_, "align.iteration");
-    const Pairings pairings = match(iteration);
+    const Pairings pairings = [&]()
+    {
+        const auto timer = log_.time("match");
+        return match(pose_, iteration);
+    }();
     if (pairings.empty())
     {
         nobody_matched_ = std::none_of(icp_.matchers_.begin(), icp_.matchers_.end(),
@@ -106,27 +110,33 @@ bool AlignRun::one_iteration(uint32_t iteration)
     return true;
 }
 
-Pairings AlignRun::match(uint32_t iteration)
+Pairings AlignRun::match(const CPose3D& pose, uint32_t iteration)
 {
-    const auto timer = log_.time("match");
-    return run_matchers(icp_.matchers_, global_, local_, pose_, match_context(iteration), state_);
+    return run_matchers(icp_.matchers_, global_, local_, pose, match_context(iteration), state_);
 }
 
-bool AlignRun::solve(const Pairings& pairings, uint32_t iteration)
+std::optional<OptimalTF_Result> AlignRun::solution_of(const Pairings& pairings, uint32_t iteration)
 {
-    const auto timer = log_.time("solve");
-    const auto tle = mrpt::system::CTimeLoggerEntry(*icp_.profiler_, "align.solve");
     solver_context_.guessRelativePose = pose_;
     solver_context_.icpIteration = iteration;
     solver_context_.variables = match_context(iteration).variables;
     solver_context_.currentCorrectionFromInitialGuess = pose_ - guess_;
     if (before_) solver_context_.lastIcpStepIncrement = pose_ - *before_;
     OptimalTF_Result solution;
-    if (!run_solvers(icp_.solvers_, pairings, solution, solver_context_)) return false;
-    solution_ = solution;
+    if (!run_solvers(icp_.solvers_, pairings, solution, solver_context_)) return {};
+    return solution;
+}
+
+bool AlignRun::solve(const Pairings& pairings, uint32_t iteration)
+{
+    const auto timer = log_.time("solve");
+    const auto tle = mrpt::system::CTimeLoggerEntry(*icp_.profiler_, "align.solve");
+    const auto solution = solution_of(pairings, iteration);
+    if (!solution) return false;
+    solution_ = *solution;
     solved_++;
     before_ = pose_;
-    pose_ = solution.optimalPose;
+    pose_ = solution->optimalPose;
     poses_.push_back(pose_);
     return true;
 }
@@ -289,7 +299,7 @@ void AlignRun::judge(Results& out)
         return reject(out, Verdict::failed, "the quality was too low at a checkpoint");
 
     const MatchContext context = match_context(last_iteration_);
-    at_end_ = run_matchers(icp_.matchers_, global_, local_, pose_, context, state_);
+    at_end_ = match(pose_, last_iteration_);
     const auto quality =
         ICP::evaluate_quality(icp_.quality_evaluators_, global_, local_, pose_, at_end_, context);
     if (at_end_.empty() || quality.hard_discard)
@@ -337,9 +347,18 @@ std::string names_of(const std::vector<FreeTwist>& motions)
     }
     return all;
 }
+
+std::string still_moving(const PoseStep& step)
+{
+    char text[120];
+    std::snprintf(text, sizeof(text),
+                  "still moving by %.3g m and %.3g deg per iteration after maxIterations; allow more",
+                  step.metres, mrpt::RAD2DEG(step.radians));
+    return text;
+}
 }  // namespace
 
-std::optional<PoseStep> AlignRun::settle(const std::vector<FreeTwist>& free)
+std::optional<std::string> AlignRun::settle(const std::vector<FreeTwist>& free)
 {
     constexpr int ROUNDS = 20;
     pose_ = toward_guess(pose_, guess_, free);
@@ -347,17 +366,16 @@ std::optional<PoseStep> AlignRun::settle(const std::vector<FreeTwist>& free)
     for (int round = 0; round < ROUNDS; round++)
     {
         const CPose3D before = pose_;
-        at_end_ =
-            run_matchers(icp_.matchers_, global_, local_, pose_, match_context(last_iteration_), state_);
-        solver_context_.guessRelativePose = pose_;
-        OptimalTF_Result solution;
-        if (at_end_.empty() || !run_solvers(icp_.solvers_, at_end_, solution, solver_context_)) return {};
-        pose_ = toward_guess(solution.optimalPose, guess_, free);
+        at_end_ = match(pose_, last_iteration_);
+        const auto solution = at_end_.empty() ? std::nullopt : solution_of(at_end_, last_iteration_);
+        if (!solution)
+            return "where " + names_of(free) + " is as in the guess, there is nothing to solve with";
+        pose_ = toward_guess(solution->optimalPose, guess_, free);
         step = step_between(before, pose_);
         if (step.metres < parameters_.minAbsStep_trans && step.radians < parameters_.minAbsStep_rot) break;
     }
-    at_end_ = run_matchers(icp_.matchers_, global_, local_, pose_, match_context(last_iteration_), state_);
-    return is_large(step) ? std::optional(step) : std::nullopt;
+    at_end_ = match(pose_, last_iteration_);
+    return is_large(step) ? std::optional(still_moving(step)) : std::nullopt;
 }
 
 bool AlignRun::is_large(const PoseStep& step) const
@@ -389,35 +407,26 @@ void AlignRun::observe(Results& out)
     parameters.prior = solver_context_.prior;
     parameters.prior_deviation = gate(last_iteration_).value_or(largest_pair_distance(at_end_));
     Observability seen = observability(on.pairings, pose_, parameters);
-    std::optional<PoseStep> still_moving;
+    std::optional<std::string> unrest;
     if (!seen.free.empty())
-        still_moving = settle(seen.free);
+        unrest = settle(seen.free);
     else if (reason_ == IterTermReason::MaxIterations && before_ && is_large(step_between(*before_, pose_)))
-        still_moving = step_between(*before_, pose_);
-    if (still_moving)
-    {
-        char text[120];
-        std::snprintf(text, sizeof(text),
-                      "still moving by %.3g m and %.3g deg per iteration after maxIterations; allow more",
-                      still_moving->metres, mrpt::RAD2DEG(still_moving->radians));
-        return reject(out, Verdict::failed, text);
-    }
+        unrest = still_moving(step_between(*before_, pose_));
+    if (unrest) return reject(out, Verdict::failed, *unrest);
     out.unobservable = seen.free;
     for (auto& twist : out.unobservable)
         if (twist.kind != FreeTwist::Kind::Translation) twist.through += offsets_.global();
-    if (!offsets_.none())
+    if (!seen.free.empty() || !offsets_.none())
     {
-        // The shifted coordinates are doubles, exact: nothing was rounded there.
+        // Of the pose that is returned. (Shifted coordinates are doubles, exact: nothing was rounded there.)
         on.pairings = offsets_.to_original(on.pairings), on.feigned = offsets_.to_original(on.feigned);
-        parameters.prior = original_prior_, parameters.sigma = seen.sigma,
-        parameters.coordinate_rounding = 0.0;
-        const auto free = seen.free;
+        parameters.prior = original_prior_, parameters.sigma = seen.sigma;
+        if (!offsets_.none()) parameters.coordinate_rounding = 0.0;
         seen = observability(on.pairings, offsets_.to_original(pose_), parameters);
-        seen.free = free;
     }
     out.optimal_tf.cov = seen.covariance;
     out.information = seen.information;
-    if (seen.free.empty()) return;
+    if (out.unobservable.empty()) return;
     out.verdict = Verdict::under_constrained;
     out.verdict_reason = "what both maps show does not determine " + names_of(out.unobservable);
 }
@@ -429,8 +438,7 @@ void AlignRun::describe_returned_pose(Results& out)
     const CPose3D stored = found ? pose_ : guess_;
     out.optimal_tf.mean = found ? offsets_.to_original(pose_) : original_guess_;
     const MatchContext context = match_context(last_iteration_);
-    const Pairings pairings =
-        found ? at_end_ : run_matchers(icp_.matchers_, global_, local_, stored, context, state_);
+    const Pairings pairings = found ? at_end_ : match(stored, last_iteration_);
     out.local_points_used = pairings.potential_pairings;
     if (pairings.potential_pairings > 0)
         out.overlap = std::min(

@@ -25,7 +25,9 @@ class AlignRun
     void iterate();
     /// One round of match and solve. \return false when the run has ended.
     bool one_iteration(uint32_t iteration);
-    Pairings match(uint32_t iteration);
+    Pairings match(const mrpt::poses::CPose3D& pose, uint32_t iteration);
+    /// What the solvers make of them at the present pose; empty if none can use them.
+    std::optional<OptimalTF_Result> solution_of(const Pairings& pairings, uint32_t iteration);
     bool solve(const Pairings& pairings, uint32_t iteration);
     bool has_diverged(const mrpt::poses::CPose3D& pose) const;
     /// The pose has come back to where it was so many iterations ago; a period of 1 is a stall.
@@ -53,9 +55,9 @@ class AlignRun
     /// guess.
     void observe(Results& out);
     /** Goes on from the guess along free motions, keeping to it, until the rest no longer moves: what was put
-     * back need not be free to the last digit. \return the last step (m, rad) if it does not come to rest
+     * back need not be free to the last digit. \return why it does not come to rest, if it does not
      */
-    std::optional<PoseStep> settle(const std::vector<FreeTwist>& free);
+    std::optional<std::string> settle(const std::vector<FreeTwist>& free);
     /// The direction whose surfaces do not agree, if there is one.
     std::optional<SurfaceAgreement> disagreement(const SurfacePairings& on) const;
     bool is_large(const PoseStep& step) const;
