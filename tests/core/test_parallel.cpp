@@ -129,3 +129,33 @@ TEST(Parallel, CallsMayBeNested)
                           });
     EXPECT_EQ(total, 3.0 * 2 * BLOCK_SIZE);
 }
+
+TEST(run_all, runs_each_task_once_and_throws_what_the_first_of_those_that_threw_did)
+{
+    for (const int threads : {1, 2, 4})
+        mp2p_icp_test::with_threads(threads,
+                                    []()
+                                    {
+                                        std::vector<int> runs(20, 0);
+                                        std::vector<std::function<void()>> tasks;
+                                        for (size_t i = 0; i < runs.size(); i++)
+                                            tasks.emplace_back(
+                                                [&runs, i]()
+                                                {
+                                                    runs[i]++;
+                                                    if (i % 7 == 5)
+                                                        throw std::runtime_error(std::to_string(i));
+                                                });
+                                        try
+                                        {
+                                            mp2p_icp::run_all(tasks);
+                                            ADD_FAILURE() << "no exception";
+                                        }
+                                        catch (const std::runtime_error& e)
+                                        {
+                                            EXPECT_STREQ(e.what(), "5");
+                                        }
+                                        EXPECT_EQ(runs, std::vector<int>(20, 1));
+                                    });
+    mp2p_icp::run_all({});
+}

@@ -1,6 +1,7 @@
 #include <mp2p_icp/parallel.h>
 
 #include <algorithm>
+#include <exception>
 
 #ifdef MP2P_ICP_HAS_TBB
 #include <tbb/parallel_for.h>
@@ -23,6 +24,29 @@ void parallel_for_blocks(size_t count, const std::function<void(size_t first, si
 #else
     for (size_t b = 0; b < blocks; b++) do_block(b);
 #endif
+}
+
+void run_all(const std::vector<std::function<void()>>& tasks)
+{
+    std::vector<std::exception_ptr> thrown(tasks.size());
+    const auto run = [&](size_t i)
+    {
+        try
+        {
+            tasks[i]();
+        }
+        catch (...)
+        {
+            thrown[i] = std::current_exception();
+        }
+    };
+#ifdef MP2P_ICP_HAS_TBB
+    tbb::parallel_for(size_t(0), tasks.size(), run);
+#else
+    for (size_t i = 0; i < tasks.size(); i++) run(i);
+#endif
+    for (const auto& exception : thrown)
+        if (exception) std::rethrow_exception(exception);
 }
 
 size_t threads_at_hand()

@@ -69,8 +69,7 @@ Results align(const mrpt::maps::CSimplePointsMap& local, const mrpt::maps::CSimp
     ParameterSource source;
     source.updateVariables(extent_variables(l, g));
     pipeline.attachToParameterSource(source);
-    for (metric_map_t* map : {&l, &g})
-        mp2p_icp_filters::apply_filter_pipeline(pipeline.filters["filters"], *map);
+    mp2p_icp_filters::apply_filter_pipeline(pipeline.filters["filters"], l, g);
     Results out;
     pipeline.icp->align(l, g, localWrtGlobal.asTPose(), pipeline.parameters, out);
     return out;

@@ -53,15 +53,19 @@ std::optional<double> Matcher_Point2Plane::gate(const MatchContext& context) con
                          Range::positive());
 }
 
+LocalSurfaceOptions Matcher_Point2Plane::surface_options() const
+{
+    return surfaceVoxelSize > 0 ? LocalSurfaceOptions::of_voxels(surfaceVoxelSize)
+                                : LocalSurfaceOptions{knn, searchRadius, 0};
+}
+
 SurfaceScratch& Matcher_Point2Plane::chosen_planes(const layer_name_t& globalLayer,
                                                    const layer_name_t& localLayer,
                                                    const mrpt::poses::CPose3D& localPose, double distance,
                                                    MatchState& state) const
 {
-    const LocalSurfaceOptions options = surfaceVoxelSize > 0
-                                            ? LocalSurfaceOptions::of_voxels(surfaceVoxelSize)
-                                            : LocalSurfaceOptions{knn, searchRadius, 0};
-    SurfaceScratch& s = surface_scratch(*this, globalLayer, localLayer, options, state);
+    SurfaceScratch& s =
+        surface_scratch(*this, globalLayer, localLayer, surface_options(), state, localPointMustFitPlaneToo);
     transform_local_to_global(localLayer, localPose, state, s.nearest.local);
 
     SurfaceChoice choice;
@@ -71,7 +75,6 @@ SurfaceScratch& Matcher_Point2Plane::chosen_planes(const layer_name_t& globalLay
     choice.max_plane_distance = distance;
     if (localPointMustFitPlaneToo)
     {
-        if (!s.local) s.local = state.pcLocal.local_surfaces(localLayer, options, kdtree_leaf_max_points_);
         choice.agreement = NormalAgreement{rotation_of(localPose), localToGlobalPlaneMinAbsCosine, {}, {}};
         if (sensorAtOrigin)
             choice.agreement->global_sensor = sensor_of(state.pcGlobal),

@@ -27,11 +27,6 @@ class Coordinates
     const float *x_, *y_, *z_;
 };
 
-Eigen::Vector3d moved_point(const PointArrays& points, size_t i)
-{
-    return {double(points.x[i]), double(points.y[i]), double(points.z[i])};
-}
-
 /// The normal, towards the sensor where that is known.
 Eigen::Vector3d oriented_normal(const LocalSurface& surface, const Eigen::Vector3d& mean,
                                 const std::optional<Eigen::Vector3d>& sensor)
@@ -64,7 +59,7 @@ class SurfaceTest
         const SurfaceShape shape = surface.shape(choice_.limits);
         if (!is_wanted(shape)) return SurfaceShape::Unknown;
         const Eigen::Vector3d mean = global_[global_id] + surface.to_mean.cast<double>();
-        const Eigen::Vector3d d = moved_point(s_.nearest.local.in_global, k) - mean;
+        const Eigen::Vector3d d = point_of(s_.nearest.local.in_global, k) - mean;
         const bool planar = shape == SurfaceShape::Planar, must_agree = planar && choice_.agreement;
         if (must_agree && own_surface(k).shape(choice_.limits) != SurfaceShape::Planar)
             return SurfaceShape::Unknown;
@@ -118,12 +113,20 @@ void add_weight(WeightRuns& runs, size_t count, double weight)
 
 SurfaceScratch& surface_scratch(const Matcher_Points_Base& matcher, const layer_name_t& globalLayer,
                                 const layer_name_t& localLayer, const LocalSurfaceOptions& options,
-                                MatchState& state)
+                                MatchState& state, bool local_too)
 {
     auto& s = state.scratch<SurfaceScratch>(&matcher, globalLayer, localLayer);
-    prepare(s.nearest, matcher, globalLayer, localLayer, state);
-    if (!s.global)
-        s.global = state.pcGlobal.local_surfaces(globalLayer, options, matcher.kdtree_leaf_max_points_);
+    if (s.global) return s;
+    const uint32_t leaf = matcher.kdtree_leaf_max_points_;
+    run_all({[&]()
+             {
+                 prepare(s.nearest, matcher, globalLayer, localLayer, state);
+                 s.global = state.pcGlobal.local_surfaces(globalLayer, options, leaf);
+             },
+             [&]()
+             {
+                 if (local_too) s.local = state.pcLocal.local_surfaces(localLayer, options, leaf);
+             }});
     return s;
 }
 
@@ -224,7 +227,7 @@ void append_surface_costs(const mrpt::maps::CPointsMap& global, double gate, con
         if (!c.found()) return gate * gate;
         const LocalSurface& surface = s.global->of_point[c.global_id];
         const Eigen::Vector3d mean = coordinates[c.global_id] + surface.to_mean.cast<double>();
-        return distance_sq(surface, c.shape, moved_point(s.nearest.local.in_global, i) - mean);
+        return distance_sq(surface, c.shape, point_of(s.nearest.local.in_global, i) - mean);
     };
     for (size_t i = 0; i < s.chosen.size(); i++) costs.push_back(cost(i));
 }

@@ -31,10 +31,11 @@ struct SurfaceScratch
     std::vector<float> distances;
 };
 
-/// The scratch memory of this matcher on these layers, with the index and the global surfaces at hand.
+/// The scratch memory of this matcher on these layers, with the index, the global surfaces and, if wanted,
+/// the local ones at hand.
 SurfaceScratch& surface_scratch(const Matcher_Points_Base& matcher, const layer_name_t& globalLayer,
                                 const layer_name_t& localLayer, const LocalSurfaceOptions& options,
-                                MatchState& state);
+                                MatchState& state, bool local_too = false);
 
 /// Up to k global points for each local point, nearer than `max_distance` (m), into s.nearest.ids.
 void find_nearest(uint32_t k, double max_distance, SurfaceScratch& s);
@@ -76,6 +77,11 @@ void append_surface_pairings(const layer_name_t& globalLayer, const layer_name_t
  */
 void append_surface_costs(const mrpt::maps::CPointsMap& global, double gate, const SurfaceScratch& s,
                           std::vector<double>& costs);
+
+inline Eigen::Vector3d point_of(const PointView& points, size_t i)
+{
+    return {double(points.x[i]), double(points.y[i]), double(points.z[i])};
+}
 
 /// The factor on the weights of the pairings of two layers.
 double weight_of_layers(const Matcher_Points_Base& matcher, const layer_name_t& globalLayer,

@@ -17,6 +17,11 @@ constexpr size_t BLOCK_SIZE = 1024;
  */
 void parallel_for_blocks(size_t count, const std::function<void(size_t first, size_t last)>& work);
 
+/** Runs all tasks, at once if TBB gives threads, and returns when all have ended. They must not write to the
+ * same things. If any throw, the exception of the first one in the list that did reaches the caller.
+ */
+void run_all(const std::vector<std::function<void()>>& tasks);
+
 /// How many threads parallel_for_blocks() may use here and now.
 size_t threads_at_hand();
 

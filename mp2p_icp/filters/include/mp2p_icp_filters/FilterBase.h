@@ -2,6 +2,7 @@
 
 #include <mp2p_icp/Parameterizable.h>
 #include <mp2p_icp/metricmap.h>
+#include <mp2p_icp/parallel.h>
 #include <mrpt/rtti/CObject.h>
 #include <mrpt/system/COutputLogger.h>
 #include <mrpt/system/CTimeLogger.h>
@@ -43,6 +44,14 @@ using FilterPipeline = std::vector<FilterBase::Ptr>;
 /// given.
 void apply_filter_pipeline(const FilterPipeline& filters, mp2p_icp::metric_map_t& inOut,
                            mrpt::system::CTimeLogger* profiler = nullptr);
+
+/// To two maps, at once if there are threads for it.
+inline void apply_filter_pipeline(const FilterPipeline& filters, mp2p_icp::metric_map_t& one,
+                                  mp2p_icp::metric_map_t& other)
+{
+    mp2p_icp::run_all(
+        {[&]() { apply_filter_pipeline(filters, one); }, [&]() { apply_filter_pipeline(filters, other); }});
+}
 
 /** A pipeline from a list of `{class_name, params}` (params may be `~` or absent). An empty or null list is
  * an empty pipeline. \exception mp2p_icp::ConfigError for an unknown class (naming the nearest known one), an

@@ -54,6 +54,8 @@ class Matcher_Point2Plane : public Matcher_Points_Base
     bool sensorAtOrigin = false;
 
     void declare_parameters(ParameterDeclaration& declare) override;
+    /// The neighbourhoods to which planes are fitted, as metric_map_t::local_surfaces() knows them.
+    LocalSurfaceOptions surface_options() const;
     /// distanceThreshold now.
     std::optional<double> gate(const MatchContext& context) const override;
 
