@@ -27,11 +27,11 @@ class Coordinates
     const float *x_, *y_, *z_;
 };
 
-/// The normal, towards the sensor where that is known.
+/// The normal (of unit length to the rounding of float), towards the sensor where that is known.
 Eigen::Vector3d oriented_normal(const LocalSurface& surface, const Eigen::Vector3d& mean,
                                 const std::optional<Eigen::Vector3d>& sensor)
 {
-    const Eigen::Vector3d n = surface.normal.cast<double>().normalized();
+    const Eigen::Vector3d n = surface.normal.cast<double>();
     return sensor && n.dot(*sensor - mean) < 0 ? Eigen::Vector3d(-n) : n;
 }
 
@@ -55,14 +55,14 @@ class SurfaceTest
     /// Unknown if there is no such surface.
     SurfaceShape fitting(size_t k, uint32_t global_id) const
     {
-        const LocalSurface& surface = s_.global->of_point[global_id];
-        const SurfaceShape shape = surface.shape(choice_.limits);
+        const SurfaceShape shape = s_.global_shapes[global_id];
         if (!is_wanted(shape)) return SurfaceShape::Unknown;
+        const bool planar = shape == SurfaceShape::Planar, must_agree = planar && choice_.agreement;
+        if (must_agree && s_.local_shapes[s_.nearest.local.ids[k]] != SurfaceShape::Planar)
+            return SurfaceShape::Unknown;
+        const LocalSurface& surface = s_.global->of_point[global_id];
         const Eigen::Vector3d mean = global_[global_id] + surface.to_mean.cast<double>();
         const Eigen::Vector3d d = point_of(s_.nearest.local.in_global, k) - mean;
-        const bool planar = shape == SurfaceShape::Planar, must_agree = planar && choice_.agreement;
-        if (must_agree && own_surface(k).shape(choice_.limits) != SurfaceShape::Planar)
-            return SurfaceShape::Unknown;
         const double reach = planar ? choice_.max_plane_distance : choice_.max_line_distance;
         if (!(distance_sq(surface, shape, d) < reach * reach)) return SurfaceShape::Other;
         return !must_agree || normals_agree(k, surface, mean) ? shape : SurfaceShape::Other;
@@ -137,9 +137,23 @@ void find_nearest(uint32_t k, double max_distance, SurfaceScratch& s)
     find_neighbors(k, n);
 }
 
+namespace
+{
+/// They are the same throughout a run.
+void find_shapes(const LocalSurfaces::ConstPtr& surfaces, const ShapeLimits& limits,
+                 std::vector<SurfaceShape>& shapes)
+{
+    if (!surfaces || !shapes.empty()) return;
+    shapes.reserve(surfaces->of_point.size());
+    for (const LocalSurface& s : surfaces->of_point) shapes.push_back(s.shape(limits));
+}
+}  // namespace
+
 void choose_surfaces(const mrpt::maps::CPointsMap& global, const mrpt::maps::CPointsMap& local, uint32_t k,
                      const SurfaceChoice& choice, SurfaceScratch& s)
 {
+    find_shapes(s.global, choice.limits, s.global_shapes);
+    find_shapes(s.local, choice.limits, s.local_shapes);
     const SurfaceTest test(global, local, choice, s);
     const auto choose = [&](size_t i)
     {
@@ -198,7 +212,7 @@ void append_surface_pairings(const layer_name_t& globalLayer, const layer_name_t
                 const auto point = to_mrpt(local[s.nearest.local.ids[k]]);
                 if (c.shape == SurfaceShape::Planar)
                 {
-                    const Eigen::Vector3d n = oriented_normal(surface, mean, sensor);
+                    const Eigen::Vector3d n = oriented_normal(surface, mean, sensor).normalized();
                     auto& pair = out.paired_pt2pl[plane++];
                     pair.pl_global.plane.coefs = {n.x(), n.y(), n.z(), -n.dot(mean)};
                     pair.pl_global.centroid = to_mrpt(mean), pair.pt_local = point;

@@ -25,8 +25,9 @@ struct ChosenSurface
 struct SurfaceScratch
 {
     NearestScratch nearest;
-    LocalSurfaces::ConstPtr global, local;  ///< local: only where it is needed
-    std::vector<ChosenSurface> chosen;      ///< one per local point
+    LocalSurfaces::ConstPtr global, local;                  ///< local: only where it is needed
+    std::vector<SurfaceShape> global_shapes, local_shapes;  ///< of them, by the limits of the matcher
+    std::vector<ChosenSurface> chosen;                      ///< one per local point
     std::vector<size_t> first_plane, first_line;
     std::vector<float> distances;
 };
