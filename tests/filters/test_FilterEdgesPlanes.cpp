@@ -4,6 +4,7 @@
 
 #include <limits>
 #include <set>
+#include <sstream>
 
 #include "filter_test_tools.h"
 
@@ -113,4 +114,27 @@ TEST(FilterEdgesPlanes, KeysOfTheOriginalAreRequired)
     auto bad = KEYS;
     bad.replace(bad.find("decimation: 1"), 13, "decimation: 0");
     expect_refused<FilterEdgesPlanes>(bad, {"voxel_filter_decimation"});
+}
+
+TEST(FilterEdgesPlanes, KeysOfOtherVersionsWithoutEffectAreReadAndForgotten)
+{
+    const std::string extent =
+        "init_extension_min_x: -10\ninit_extension_min_y: -10\ninit_extension_min_z: -10\n"
+        "init_extension_max_x: 10\ninit_extension_max_y: 10\ninit_extension_max_z: 10\n";
+    const auto plain = make_filter<FilterEdgesPlanes>(KEYS),
+               with_more = make_filter<FilterEdgesPlanes>(KEYS + extent + "use_tsl_robin_map: false\n");
+    const auto text = [](const FilterEdgesPlanes& f)
+    {
+        std::ostringstream out;
+        f.save_parameters().printAsYAML(out);
+        return out.str();
+    };
+    EXPECT_EQ(text(with_more), text(plain));
+    metric_map_t a, b;
+    a.layers["raw"] = b.layers["raw"] = four_voxels();
+    plain.filter(a), with_more.filter(b);
+    EXPECT_EQ(intensities(a, "plane_points"), intensities(b, "plane_points"));
+    EXPECT_EQ(a.planes.size(), b.planes.size());
+    expect_refused<FilterEdgesPlanes>(KEYS + "init_extension_min_x: wide\n", {"init_extension_min_x"});
+    expect_refused<FilterEdgesPlanes>(KEYS + "init_extension_w: 1\n", {"init_extension_w"});
 }

@@ -65,31 +65,12 @@ void declare_method(ParameterDeclaration& declare, DecimateMethod& method)
         });
 }
 
-/// Keys that mean nothing here and stand in files for other versions: checked, and forgotten.
 void declare_keys_without_effect(ParameterDeclaration& declare)
 {
-    struct Forgotten
-    {
-        mp2p_icp::Formula box[3];
-        bool robin_map = true;
-    };
-    const auto forgotten = std::make_shared<Forgotten>();
-    const auto ignored = std::make_shared<bool>(false);
-    for (const char* name : {"bounding_box_min", "bounding_box_max"})
-        declare.custom(
-            older(ignored,
-                  [&](auto& d)
-                  {
-                      d.formulas(name, forgotten->box, 3, "m",
-                                 "Older key (0.2.2), without effect: cells are hashed and need no bounds.");
-                  }));
-    declare.custom(older(ignored,
-                         [&](auto& d)
-                         {
-                             d.flag("use_tsl_robin_map", forgotten->robin_map,
-                                    "Without effect: there is only one kind of hash map here.");
-                         }));
-    declare.rule([forgotten]() { return std::string(); });  // owns what the loaders write to
+    KeysWithoutEffect keys;
+    for (const char* name : {"bounding_box_min", "bounding_box_max"}) keys.position(declare, name, HASHED);
+    keys.flag(declare, "use_tsl_robin_map", ONE_HASH_MAP);
+    keys.keep_in(declare);
 }
 
 ParameterDeclaration::Entry flatten_entry(std::optional<double>& flatten_to)

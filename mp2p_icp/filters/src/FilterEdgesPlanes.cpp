@@ -6,6 +6,7 @@
 
 #include "VoxelCells.h"
 #include "filter_layers.h"
+#include "noted_parameter.h"
 #include "plane_cells.h"
 
 IMPLEMENTS_MRPT_OBJECT(FilterEdgesPlanes, FilterBase, mp2p_icp_filters)
@@ -41,6 +42,12 @@ void FilterEdgesPlanes::declare_parameters(mp2p_icp::ParameterDeclaration& decla
                    "Of a plane, e1 / e0 is larger.", Need::Required);
     declare.number("voxel_filter_min_e1", voxel_filter_min_e1, "m^2", Range::not_negative(),
                    "Of a plane, e1 is larger.");
+    KeysWithoutEffect keys;
+    for (const char* end : {"min", "max"})
+        for (const char* axis : {"x", "y", "z"})
+            keys.number(declare, std::string("init_extension_") + end + "_" + axis, HASHED);
+    keys.flag(declare, "use_tsl_robin_map", ONE_HASH_MAP);
+    keys.keep_in(declare);
 }
 
 namespace

@@ -3,6 +3,7 @@
 #include <mp2p_icp/Parameterizable.h>
 
 #include <memory>
+#include <string>
 
 namespace mp2p_icp_filters
 {
@@ -31,5 +32,56 @@ mp2p_icp::ParameterDeclaration::Entry older(const std::shared_ptr<bool>& given, 
     entry.save = nullptr;
     return entry;
 }
+
+/// Keys that mean nothing here and stand in files for other versions: checked, and forgotten.
+class KeysWithoutEffect
+{
+ public:
+    using Declaration = mp2p_icp::ParameterDeclaration;
+
+    void number(Declaration& declare, const std::string& name, const char* why)
+    {
+        add(declare, [&](Declaration& d)
+            { d.number(name, forgotten_->number, "m", mp2p_icp::Range::any(), older_key(why)); });
+    }
+    /// x, y and z
+    void position(Declaration& declare, const std::string& name, const char* why)
+    {
+        add(declare, [&](Declaration& d) { d.formulas(name, forgotten_->position, 3, "m", older_key(why)); });
+    }
+    void flag(Declaration& declare, const std::string& name, const char* why)
+    {
+        add(declare,
+            [&](Declaration& d) { d.flag(name, forgotten_->flag, std::string("Without effect: ") + why); });
+    }
+    /// To be called at the end: the declaration then owns what its loaders write to.
+    void keep_in(Declaration& declare)
+    {
+        declare.rule([forgotten = forgotten_]() { return std::string(); });
+    }
+
+ private:
+    struct Forgotten
+    {
+        double number = 0;
+        mp2p_icp::Formula position[3];
+        bool flag = true;
+    };
+
+    static std::string older_key(const char* why)
+    {
+        return std::string("Older key (0.2.2), without effect: ") + why;
+    }
+    template <class DeclareOne>
+    void add(Declaration& declare, const DeclareOne& declare_one)
+    {
+        declare.custom(older(ignored_, declare_one));
+    }
+
+    std::shared_ptr<Forgotten> forgotten_ = std::make_shared<Forgotten>();
+    std::shared_ptr<bool> ignored_ = std::make_shared<bool>(false);
+};
+constexpr const char* HASHED = "cells are hashed and need no bounds.";
+constexpr const char* ONE_HASH_MAP = "there is only one kind of hash map here.";
 
 }  // namespace mp2p_icp_filters

@@ -173,7 +173,8 @@ std::vector<size_t> picks_of(const Groups& groups, const std::vector<size_t>& pi
 {
     std::vector<size_t> picks = first_points(groups);
     for (size_t g = 0; g < picks.size(); g++)
-        if (const uint32_t v = groups.groups[g].voxel; v != mp2p_icp::NO_NEIGHBOR) picks[g] = pick_of_voxel[v];
+        if (const uint32_t v = groups.groups[g].voxel; v != mp2p_icp::NO_NEIGHBOR)
+            picks[g] = pick_of_voxel[v];
     return picks;
 }
 
@@ -212,9 +213,8 @@ std::vector<size_t> random_points(const CPointsMap& points, const Groups& groups
     for (size_t v = 0; v < n; v++)
     {
         const size_t i = groups.origin_of(groups.voxels.first_points()[v]);
-        points_to_pass[v] =
-            mp2p_icp::SeededRandom(seed_of_cell(seed, cell_of(p.x[i], p.y[i], p.z[i], side)))
-                .index(groups.voxels.point_counts()[v]);
+        points_to_pass[v] = mp2p_icp::SeededRandom(seed_of_cell(seed, cell_of(p.x[i], p.y[i], p.z[i], side)))
+                                .index(groups.voxels.point_counts()[v]);
     }
     groups.for_points_in_voxels(
         [&](size_t i, uint32_t v)
