@@ -1,8 +1,10 @@
 // From how far away pipelines find the right pose, from the same starts: of ray-traced rooms and streets, or
 // of a given pair of clouds.
+#include <mp2p_icp/Matcher_Points_Base.h>
 #include <mp2p_icp/load_map.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <iostream>
@@ -57,8 +59,20 @@ const std::map<std::string, std::string> PRIMITIVES_SOLVED_BY = {
     {"primitives-certified", "{class: mp2p_icp::Solver_Certified, params: ~}"},
     {"primitives-gauss-newton", "{class: mp2p_icp::Solver_GaussNewton, params: {maxIterations: 20}}"}};
 
+/// The shipped pipeline without its points.
+Pipeline multi_primitive_without_points()
+{
+    Pipeline pipeline = quiet_pipeline(shipped_pipeline("icp-3d-multi-primitive"), "icp-3d-multi-primitive");
+    auto& matchers = pipeline.icp->matchers();
+    const auto pairs_points = [](const Matcher::Ptr& m)
+    { return std::dynamic_pointer_cast<Matcher_Points_Base>(m) != nullptr; };
+    matchers.erase(std::remove_if(matchers.begin(), matchers.end(), pairs_points), matchers.end());
+    return pipeline;
+}
+
 Aligner aligner_of(const std::string& name)
 {
+    if (name == "multi-primitive-without-points") return Aligner(multi_primitive_without_points());
     const auto solver = PRIMITIVES_SOLVED_BY.find(name);
     if (solver == PRIMITIVES_SOLVED_BY.end()) return Aligner(name);
     const std::string hole = "SOLVER";
@@ -158,7 +172,7 @@ void print_row(const Level& level, const std::string& name, const std::vector<Ru
     double iterations = 0;
     for (const auto& r : runs) iterations += static_cast<double>(r.iterations);
     const auto n = static_cast<double>(runs.size());
-    std::printf("%-22s %-24s %5zu %6zu %6.1f %% %14zu %16zu %10.1f\n", level.name().c_str(), name.c_str(),
+    std::printf("%-22s %-30s %5zu %6zu %6.1f %% %14zu %16zu %10.1f\n", level.name().c_str(), name.c_str(),
                 runs.size(), right, 100 * static_cast<double>(right) / n,
                 count(runs, [](const Run& r) { return !r.right && r.aligned; }),
                 count(runs, [](const Run& r) { return r.right && !r.aligned; }), iterations / n);
@@ -208,7 +222,7 @@ void run(const Options& o)
             add_runs(ray_traced_scene(o.seed + p), o.seed + p, o.starts, levels, aligners, table);
 
     std::printf("seed %ju; right: within %g m and %g deg of the truth\n", o.seed, RIGHT_M, RIGHT_DEG);
-    std::printf("%-22s %-24s %5s %6s %8s %14s %16s %10s\n", "starts", "pipeline", "runs", "right", "",
+    std::printf("%-22s %-30s %5s %6s %8s %14s %16s %10s\n", "starts", "pipeline", "runs", "right", "",
                 "wrong, aligned", "right, distrusted", "iterations");
     for (size_t level = 0; level < levels.size(); level++)
     {
@@ -225,8 +239,10 @@ int main(int argc, char** argv)
     Options o;
     CLI::App app("From how far away pipelines find the right pose, from the same starts");
     app.option_defaults()->always_capture_default();
-    app.add_option("pipelines", o.pipelines,
-                   "Names of shipped pipelines, files, or one of the two that pair planes and lines alone");
+    app.add_option(
+        "pipelines", o.pipelines,
+        "Names of shipped pipelines, files, or of one that pairs planes and lines alone: "
+        "primitives-certified, primitives-gauss-newton (far starts), multi-primitive-without-points");
     app.add_option("--files", o.files, "Two clouds, and a text file with the 4x4 pose of LOCAL in GLOBAL")
         ->expected(3)
         ->type_name("LOCAL GLOBAL TRUTH");
@@ -243,7 +259,7 @@ Examples:
   Starts on two files:
     bench-starts icp-coarse-to-fine --files local.ply global.ply truth.txt --starts 200 --within 2:15 --at 2:15
   Iterations of planes and lines, and of points:
-    bench-starts icp-3d-multi-primitive icp-3d-lidar --at 0.5:5 --pairs 200 --starts 1)");
+    bench-starts multi-primitive-without-points icp-3d-lidar --at 0.5:5 --pairs 200 --starts 1)");
     CLI11_PARSE(app, argc, argv);
     if (o.at.empty() && o.within.empty()) o.at = {"0.5:10", "1:15", "2:20", "2:30", "3:40", "3:50", "4:60"};
     try
