@@ -15,6 +15,9 @@ class Aligner
     explicit Aligner(mp2p_icp::Pipeline pipeline) : pipeline_(std::move(pipeline)) {}
 
     const mp2p_icp::Pipeline& pipeline() const { return pipeline_; }
+    /// Formulas see the variables of the source from now on.
+    void attach(const mp2p_icp::ParameterSource& source) { pipeline_.attachToParameterSource(source); }
+
     /// The map with the layers that the pipeline makes of it.
     mp2p_icp::metric_map_t filtered(mp2p_icp::metric_map_t map) const;
     mp2p_icp::Results align(
