@@ -85,7 +85,7 @@ ObjectPair object_pair(const Object& object, const Options& o, bool copy, uint64
 
 struct Tally
 {
-    size_t right_1_deg = 0, right_2_deg = 0, wrong_but_aligned = 0;
+    size_t right_1_deg = 0, right_2_deg = 0, wrong_but_aligned = 0, right_but_distrusted = 0;
     std::vector<double> m, deg, iterations;
 };
 
@@ -100,8 +100,9 @@ void add_run(const Object& object, const ObjectPair& pair, const std::string& pi
                  deg = error_deg(r.optimal_tf.mean, pair.truth);
     tally.m.push_back(m), tally.deg.push_back(deg);
     tally.iterations.push_back(static_cast<double>(r.nIterations));
-    tally.right_1_deg += m < 0.01 && deg < 1, tally.right_2_deg += m < 0.01 && deg < 2;
-    tally.wrong_but_aligned += (m >= 0.01 || deg >= 2) && r.trusted();
+    const bool right = m < 0.01 && deg < 2;
+    tally.right_1_deg += m < 0.01 && deg < 1, tally.right_2_deg += right;
+    tally.wrong_but_aligned += !right && r.trusted(), tally.right_but_distrusted += right && !r.trusted();
 }
 
 double median(std::vector<double> values)
@@ -114,10 +115,10 @@ void print(const std::string& pipeline, bool copy, const Tally& t)
 {
     const auto share = [&](size_t count)
     { return 100 * static_cast<double>(count) / static_cast<double>(t.m.size()); };
-    std::printf("%-20s %-20s %6zu %9.1f %% %9.1f %% %14zu %12.3f %8.3f %10.0f\n", pipeline.c_str(),
+    std::printf("%-20s %-20s %6zu %9.1f %% %9.1f %% %14zu %17zu %12.3f %8.3f %10.0f\n", pipeline.c_str(),
                 copy ? "exact copy" : "independent samples", t.m.size(), share(t.right_1_deg),
-                share(t.right_2_deg), t.wrong_but_aligned, 100 * median(t.m), median(t.deg),
-                median(t.iterations));
+                share(t.right_2_deg), t.wrong_but_aligned, t.right_but_distrusted, 100 * median(t.m),
+                median(t.deg), median(t.iterations));
     std::fflush(stdout);
 }
 
@@ -126,8 +127,9 @@ void run(const Options& o)
     const Object object = load_object(o.mesh);
     std::printf("%s, %zu points, starts within %g of its size and %g deg, noise %g of its size, seed %ju\n",
                 o.mesh.c_str(), o.points, o.shift, o.angle_deg, o.noise, o.seed);
-    std::printf("%-20s %-20s %6s %11s %11s %14s %12s %8s %10s\n", "pipeline", "clouds", "runs", "1 %, 1 deg",
-                "1 %, 2 deg", "wrong, aligned", "median error", "deg", "iterations");
+    std::printf("%-20s %-20s %6s %11s %11s %14s %17s %12s %8s %10s\n", "pipeline", "clouds", "runs",
+                "1 %, 1 deg", "1 %, 2 deg", "wrong, aligned", "right, distrusted", "median error", "deg",
+                "iterations");
     for (const auto& pipeline : o.pipelines)
         for (const bool copy : {true, false})
         {

@@ -95,13 +95,14 @@ metric_map_t map_of(const mrpt::maps::CSimplePointsMap& points)
     return map;
 }
 
-/// The pipeline for objects, with this solver, from the identity. The rest of what is found goes to `out`.
+/// The pipeline for objects that pairs points, with this solver, from the identity. The rest of what is found
+/// goes to `out`.
 CPose3D align(const mrpt::maps::CSimplePointsMap& local_points,
               const mrpt::maps::CSimplePointsMap& global_points, const Solver::Ptr& solver, Alignment& out)
 {
     const metric_map_t local = map_of(local_points), global = map_of(global_points);
-    Pipeline pipeline =
-        pipeline_from_yaml(yaml_from_text(shipped_pipeline("icp-object")), {}, mrpt::system::LVL_ERROR);
+    Pipeline pipeline = pipeline_from_yaml(yaml_from_text(shipped_pipeline("icp-object-points")), {},
+                                           mrpt::system::LVL_ERROR);
     pipeline.icp->solvers() = {solver};
     ParameterSource variables;
     variables.updateVariables(extent_variables(local, global));
