@@ -11,6 +11,7 @@
 #include <chrono>
 #include <iostream>
 
+#include "common/overlap.h"
 #include "laser_rawlog.h"
 
 namespace
@@ -27,28 +28,6 @@ struct Pair
     std::array<Results, 3> results;
     double overlap = 0;
 };
-
-/// The share of the local points with a global one within 0.2 m (walls filled in).
-double overlap(const metric_map_t& local, const metric_map_t& global, const CPose3D& pose)
-{
-    const auto points = local.point_layer("raw");
-    PointArrays asked;
-    asked.resize(points->size());
-    for (size_t i = 0; i < points->size(); i++)
-    {
-        mrpt::math::TPoint3D p;
-        points->getPoint(i, p.x, p.y, p.z);
-        p = pose.composePoint(p);
-        asked.x[i] = static_cast<float>(p.x), asked.y[i] = static_cast<float>(p.y),
-        asked.z[i] = static_cast<float>(p.z);
-    }
-    const std::vector<float> limit(asked.size(), 0.2f * 0.2f);
-    std::vector<uint32_t> ids(asked.size());
-    std::vector<float> dist_sq(asked.size());
-    global.nn_index("dense")->nearest(asked, 0, asked.size(), 1, limit.data(), ids.data(), dist_sq.data());
-    const auto near = std::count_if(dist_sq.begin(), dist_sq.end(), [](float d) { return d < 0.04f; });
-    return static_cast<double>(near) / static_cast<double>(std::max<size_t>(1, asked.size()));
-}
 
 void print_share(const std::string& what, size_t count, size_t of)
 {
@@ -116,7 +95,9 @@ int main(int argc, char** argv)
                                     planar_prior(guess));
             seconds[m] += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
             iterations[m] += pair.results[m].nIterations;
-            if (m == 0) pair.overlap = overlap(local, global, pair.results[m].optimal_tf.mean);
+            if (m == 0)
+                pair.overlap = mp2p_icp_bench::overlap({local, "raw"}, {global, "dense"},
+                                                       pair.results[m].optimal_tf.mean, 0.2);
         }
         pairs.push_back(pair);
         if (!list) continue;

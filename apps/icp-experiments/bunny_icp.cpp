@@ -4,7 +4,7 @@
 #include <mp2p_icp/Solver_OLAE.h>
 #include <mp2p_icp/icp_pipeline_from_yaml.h>
 #include <mp2p_icp/se3.h>
-#include <mp2p_icp/synthetic/load_obj_mesh.h>
+#include <mp2p_icp/synthetic/load_ply_mesh.h>
 #include <mp2p_icp/synthetic/random_pose.h>
 #include <mp2p_icp/synthetic/sample_by_area.h>
 
@@ -68,7 +68,7 @@ struct Model
 };
 Model load_model(const std::string& file)
 {
-    Model model{synthetic::load_obj_mesh(file), 0};
+    Model model{synthetic::load_mesh(file), 0};
     const auto box = model.mesh.bounding_box();
     const mrpt::math::TPoint3D middle = (box.min + box.max) * 0.5, sides = box.max - box.min;
     for (auto& vertex : model.mesh.vertices) vertex -= middle;
@@ -95,13 +95,14 @@ metric_map_t map_of(const mrpt::maps::CSimplePointsMap& points)
     return map;
 }
 
-/// The pipeline for objects, with this solver, from the identity. The rest of what is found goes to `out`.
+/// The pipeline for objects that pairs points, with this solver, from the identity. The rest of what is found
+/// goes to `out`.
 CPose3D align(const mrpt::maps::CSimplePointsMap& local_points,
               const mrpt::maps::CSimplePointsMap& global_points, const Solver::Ptr& solver, Alignment& out)
 {
     const metric_map_t local = map_of(local_points), global = map_of(global_points);
-    Pipeline pipeline =
-        pipeline_from_yaml(yaml_from_text(shipped_pipeline("icp-object")), {}, mrpt::system::LVL_ERROR);
+    Pipeline pipeline = pipeline_from_yaml(yaml_from_text(shipped_pipeline("icp-object-points")), {},
+                                           mrpt::system::LVL_ERROR);
     pipeline.icp->solvers() = {solver};
     ParameterSource variables;
     variables.updateVariables(extent_variables(local, global));

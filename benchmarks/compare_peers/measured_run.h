@@ -1,5 +1,7 @@
 #pragma once
 
+#include <mp2p_icp/se3.h>
+
 #include <optional>
 
 #include "peers.h"
@@ -14,7 +16,11 @@ struct Measurement
     double T_global_local[16] = {};  ///< by columns
 
     double total_ms() const { return prepare_ms + align_ms; }
-    Eigen::Matrix4d pose() const { return Eigen::Map<const Eigen::Matrix4d>(T_global_local); }
+    mrpt::poses::CPose3D mrpt_pose() const
+    {
+        const Eigen::Map<const Eigen::Matrix4d> T(T_global_local);
+        return mp2p_icp::make_pose(T.topLeftCorner<3, 3>(), T.topRightCorner<3, 1>());
+    }
 };
 
 struct Clouds

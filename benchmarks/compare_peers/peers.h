@@ -13,7 +13,7 @@ using Points = std::vector<Eigen::Vector3f>;
 /// What all methods get alike.
 struct Task
 {
-    double voxel = 0.25;        ///< m
+    double voxel = 0.25;        ///< m; 0: undecimated
     int neighbors = 10;         ///< for normals and covariances of the peers
     double max_distance = 1.0;  ///< of pairings, m
     int max_iterations = 100;

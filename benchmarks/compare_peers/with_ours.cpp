@@ -13,6 +13,10 @@ namespace
 {
 using namespace mp2p_icp;
 
+using mp2p_icp_filters::FilterDecimateVoxels;
+
+constexpr double SHIPPED_VOXEL = 0.25;  ///< m, that the pipelines are written for
+
 /// A shipped pipeline, with the voxel size, the distance and the steps of the task. What is kept beside a
 /// layer (index, planes) is made in prepare().
 class OurAttempt : public Attempt
@@ -23,17 +27,19 @@ class OurAttempt : public Attempt
           global_(map_of(global)),
           pipeline_(std::filesystem::exists(pipeline)
                         ? pipeline_from_yaml_file(pipeline)
-                        : pipeline_from_yaml(yaml_from_text(shipped_pipeline(pipeline))))
+                        : pipeline_from_yaml(yaml_from_text(shipped_pipeline(pipeline)))),
+          undecimated_(task.voxel <= 0)
     {
+        const double scale = task.voxel > 0 ? task.voxel / SHIPPED_VOXEL : 1;
         for (const auto& filter : pipeline_.filters.at("filters"))
-            if (const auto f = std::dynamic_pointer_cast<mp2p_icp_filters::FilterDecimateVoxels>(filter))
-                f->voxel_filter_resolution = task.voxel;
+            if (const auto f = std::dynamic_pointer_cast<FilterDecimateVoxels>(filter))
+                f->voxel_filter_resolution = scale * f->voxel_filter_resolution.value();
         for (const auto& matcher : pipeline_.icp->matchers())
         {
             if (const auto m = std::dynamic_pointer_cast<Matcher_Points_DistanceThreshold>(matcher))
                 m->threshold = task.max_distance;
             if (const auto m = std::dynamic_pointer_cast<Matcher_Point2Plane>(matcher))
-                m->distanceThreshold = task.max_distance;
+                m->distanceThreshold = task.max_distance, m->surfaceVoxelSize *= scale;
         }
         pipeline_.parameters.maxIterations = static_cast<uint32_t>(task.max_iterations);
         pipeline_.parameters.minAbsStep_trans = task.step_m;
@@ -42,7 +48,7 @@ class OurAttempt : public Attempt
     void prepare() override
     {
         for (auto* map : {&local_, &global_})
-            mp2p_icp_filters::apply_filter_pipeline(pipeline_.filters.at("filters"), *map);
+            for (const auto& filter : pipeline_.filters.at("filters")) apply(filter, *map);
         for (const auto& matcher : pipeline_.icp->matchers())
         {
             const auto* points = dynamic_cast<const Matcher_Points_Base*>(matcher.get());
@@ -69,18 +75,31 @@ class OurAttempt : public Attempt
         map.layers[metric_map_t::PT_LAYER_RAW] = cloud;
         return map;
     }
+    /// Undecimated, a decimated layer is what it would be made of.
+    void apply(const mp2p_icp_filters::FilterBase::Ptr& filter, metric_map_t& map) const
+    {
+        const auto decimate = std::dynamic_pointer_cast<FilterDecimateVoxels>(filter);
+        if (decimate && undecimated_)
+            map.layers[decimate->output_pointcloud_layer] =
+                map.layers.at(decimate->input_pointcloud_layer.at(0));
+        else
+            mp2p_icp_filters::apply_filter_pipeline({filter}, map);
+    }
     void prepare_layers(const Matcher_Points_Base& matcher, const Matcher_Points_Base::LayerPair& layers)
     {
         global_.nn_index(layers.global);
         const auto* planes = dynamic_cast<const Matcher_Point2Plane*>(&matcher);
         if (!planes) return;
-        const LocalSurfaceOptions options{planes->knn, planes->searchRadius};
+        const auto options = planes->surfaceVoxelSize > 0
+                                 ? LocalSurfaceOptions::of_voxels(planes->surfaceVoxelSize)
+                                 : LocalSurfaceOptions{planes->knn, planes->searchRadius, 0};
         global_.local_surfaces(layers.global, options);
         if (planes->localPointMustFitPlaneToo) local_.local_surfaces(layers.local, options);
     }
 
     metric_map_t local_, global_;
     Pipeline pipeline_;
+    bool undecimated_;
 };
 
 Method method(const std::string& pipeline)
