@@ -1,6 +1,6 @@
 // How often pipelines find the pose of an object: on exact copies of its points, and on independent samples
 // of its surface.
-#include <mp2p_icp/synthetic/load_ply_mesh.h>
+#include <mp2p_icp/synthetic/load_obj_mesh.h>
 #include <mp2p_icp/synthetic/random_pose.h>
 #include <mp2p_icp/synthetic/sample_by_area.h>
 #include <mrpt/core/bits_math.h>
@@ -37,7 +37,7 @@ struct Object
 
 Object load_object(const std::string& file)
 {
-    Object object{synthetic::load_mesh(file), 0};
+    Object object{synthetic::load_obj_mesh(file), 0};
     const auto box = object.mesh.bounding_box();
     const mrpt::math::TPoint3D middle = (box.min + box.max) * 0.5, sides = box.max - box.min;
     for (auto& vertex : object.mesh.vertices) vertex -= middle;
@@ -148,7 +148,7 @@ int main(int argc, char** argv)
         "How often pipelines find the pose of an object: errors below 1 % of its size and 1 or 2 degrees");
     app.option_defaults()->always_capture_default();
     app.add_option("pipelines", o.pipelines, "Names of shipped pipelines, or files");
-    app.add_option("--mesh", o.mesh, "Triangle mesh (.obj, .ply)")->check(CLI::ExistingFile);
+    app.add_option("--mesh", o.mesh, "Triangle mesh (.obj)")->check(CLI::ExistingFile);
     app.add_option("--points", o.points, "Per cloud")->check(CLI::PositiveNumber);
     app.add_option("--runs", o.runs, "Of each kind")->check(CLI::PositiveNumber);
     app.add_option("--shift", o.shift, "Largest start along each axis, of the object's longest side")
@@ -158,7 +158,7 @@ int main(int argc, char** argv)
     app.add_option("--noise", o.noise, "Standard deviation of each coordinate, of the object's longest side")
         ->check(CLI::NonNegativeNumber);
     app.add_option("--seed", o.seed, "Of the first run; the next ones follow");
-    app.footer("\nExample:\n  bench-objects icp-object --mesh dragon.ply --runs 200 --noise 0.005 --seed 7");
+    app.footer("\nExample:\n  bench-objects icp-object --mesh dragon.obj --runs 200 --noise 0.005 --seed 7");
     CLI11_PARSE(app, argc, argv);
     try
     {

@@ -4,7 +4,7 @@
 #include <mp2p_icp/Solver_OLAE.h>
 #include <mp2p_icp/icp_pipeline_from_yaml.h>
 #include <mp2p_icp/se3.h>
-#include <mp2p_icp/synthetic/load_ply_mesh.h>
+#include <mp2p_icp/synthetic/load_obj_mesh.h>
 #include <mp2p_icp/synthetic/random_pose.h>
 #include <mp2p_icp/synthetic/sample_by_area.h>
 
@@ -68,7 +68,7 @@ struct Model
 };
 Model load_model(const std::string& file)
 {
-    Model model{synthetic::load_mesh(file), 0};
+    Model model{synthetic::load_obj_mesh(file), 0};
     const auto box = model.mesh.bounding_box();
     const mrpt::math::TPoint3D middle = (box.min + box.max) * 0.5, sides = box.max - box.min;
     for (auto& vertex : model.mesh.vertices) vertex -= middle;

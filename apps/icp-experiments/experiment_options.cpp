@@ -77,7 +77,7 @@ void declare_own(const std::string& name, CLI::App& app, ExperimentOptions& o)
                  "Shares of wrong pairings. Default: .05,.1,.2,.3,.4,.5,.6,.7,.75");
     if (all || name == "bunny-icp")
         app.add_option("--model", o.model,
-                       "Triangle mesh (.obj, .ply). Default: the bunny of Debian's package glmark2-data")
+                       "Triangle mesh (.obj). Default: the bunny of Debian's package glmark2-data")
             ->type_name("FILE");
 }
 

@@ -1,6 +1,7 @@
 #include <mp2p_icp/Matcher_Point2Plane.h>
 #include <mp2p_icp/Matcher_Points_DistanceThreshold.h>
 #include <mp2p_icp/icp_pipeline_from_yaml.h>
+#include <mp2p_icp/parallel.h>
 #include <mp2p_icp_filters/FilterDecimateVoxels.h>
 
 #include <filesystem>
@@ -47,8 +48,11 @@ class OurAttempt : public Attempt
     }
     void prepare() override
     {
-        for (auto* map : {&local_, &global_})
-            for (const auto& filter : pipeline_.filters.at("filters")) apply(filter, *map);
+        const auto filter_map = [this](metric_map_t& map)
+        {
+            for (const auto& filter : pipeline_.filters.at("filters")) apply(filter, map);
+        };
+        run_all({[&]() { filter_map(local_); }, [&]() { filter_map(global_); }});
         for (const auto& matcher : pipeline_.icp->matchers())
         {
             const auto* points = dynamic_cast<const Matcher_Points_Base*>(matcher.get());
@@ -90,11 +94,8 @@ class OurAttempt : public Attempt
         global_.nn_index(layers.global);
         const auto* planes = dynamic_cast<const Matcher_Point2Plane*>(&matcher);
         if (!planes) return;
-        const auto options = planes->surfaceVoxelSize > 0
-                                 ? LocalSurfaceOptions::of_voxels(planes->surfaceVoxelSize)
-                                 : LocalSurfaceOptions{planes->knn, planes->searchRadius, 0};
-        global_.local_surfaces(layers.global, options);
-        if (planes->localPointMustFitPlaneToo) local_.local_surfaces(layers.local, options);
+        global_.local_surfaces(layers.global, planes->surface_options());
+        if (planes->localPointMustFitPlaneToo) local_.local_surfaces(layers.local, planes->surface_options());
     }
 
     metric_map_t local_, global_;
