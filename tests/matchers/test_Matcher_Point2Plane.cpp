@@ -62,12 +62,11 @@ std::pair<Answer, SlowPca> expected_plane(const PointToPlane& m, double threshol
     return {Answer::No, {}};
 }
 
-/// Is the local point alone, or near a plane that it should lie on?
+/// Is the local point (on a plane of its own, if it must be) alone, or near a plane that it should lie on?
 Answer says_something(const PointToPlane& m, const BruteForce& clouds, size_t local,
                       const std::vector<uint32_t>& nearest)
 {
-    if (nearest.empty()) return Answer::Yes;
-    Answer answer = Answer::No;
+    Answer answer = nearest.empty() ? Answer::Yes : Answer::No;
     for (const uint32_t g : nearest)
         answer = std::max(answer, has_plane(m, SlowPca(clouds.global, g, m.knn, m.searchRadius)));
     if (!m.localPointMustFitPlaneToo) return answer;

@@ -66,8 +66,6 @@ SurfaceScratch& Matcher_Point2Plane::chosen_planes(const layer_name_t& globalLay
 {
     SurfaceScratch& s =
         surface_scratch(*this, globalLayer, localLayer, surface_options(), state, localPointMustFitPlaneToo);
-    transform_local_to_global(localLayer, localPose, state, s.nearest.local);
-
     SurfaceChoice choice;
     choice.limits.plane = planeEigenThreshold, choice.limits.plane_width = planeWidthThreshold;
     choice.limits.plane_points = minimumPlanePoints;
@@ -75,11 +73,14 @@ SurfaceScratch& Matcher_Point2Plane::chosen_planes(const layer_name_t& globalLay
     choice.max_plane_distance = distance;
     if (localPointMustFitPlaneToo)
     {
+        if (s.local_planar.empty()) s.local_planar = planar_points(*s.local, choice.limits);
         choice.agreement = NormalAgreement{rotation_of(localPose), localToGlobalPlaneMinAbsCosine, {}, {}};
         if (sensorAtOrigin)
             choice.agreement->global_sensor = sensor_of(state.pcGlobal),
             choice.agreement->local_sensor = sensor_of(state.pcLocal);
     }
+    transform_local_to_global(localLayer, localPose, state, s.nearest.local,
+                              localPointMustFitPlaneToo ? &s.local_planar : nullptr);
     find_nearest(nearestPointsTried, distance, s);
     choose_surfaces(*state.pcGlobal.point_layer(globalLayer), *state.pcLocal.point_layer(localLayer),
                     nearestPointsTried, choice, s);

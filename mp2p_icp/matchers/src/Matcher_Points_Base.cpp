@@ -145,7 +145,8 @@ void Matcher_Points_Base::append_costs(const layer_name_t& globalLayer, const la
 
 void Matcher_Points_Base::transform_local_to_global(const layer_name_t& localLayer,
                                                     const mrpt::poses::CPose3D& localPose,
-                                                    const MatchState& state, LocalPoints& out) const
+                                                    const MatchState& state, LocalPoints& out,
+                                                    const std::vector<bool>* wanted) const
 {
     const auto points = state.pcLocal.point_layer(localLayer);
     const auto& paired = state.localPairedBitField.point_layers.at(localLayer);
@@ -154,9 +155,10 @@ void Matcher_Points_Base::transform_local_to_global(const layer_name_t& localLay
     const auto& zs = points->getPointsBufferRef_z();
 
     out.ids.clear();
-    const size_t wanted = maxLocalPointsPerLayer_ ? maxLocalPointsPerLayer_ : points->size();
-    for (const size_t i : random_subset(points->size(), wanted, localPointsSampleSeed_))
+    const size_t limit = maxLocalPointsPerLayer_ ? maxLocalPointsPerLayer_ : points->size();
+    for (const size_t i : random_subset(points->size(), limit, localPointsSampleSeed_))
     {
+        if (wanted && !(*wanted)[i]) continue;
         const bool finite = std::isfinite(xs[i]) && std::isfinite(ys[i]) && std::isfinite(zs[i]);
         if (finite && (allowMatchAlreadyMatchedPoints_ || !paired[i]))
             out.ids.push_back(static_cast<uint32_t>(i));

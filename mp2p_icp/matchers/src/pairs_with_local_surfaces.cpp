@@ -58,8 +58,6 @@ class SurfaceTest
         const SurfaceShape shape = s_.global_shapes[global_id];
         if (!is_wanted(shape)) return SurfaceShape::Unknown;
         const bool planar = shape == SurfaceShape::Planar, must_agree = planar && choice_.agreement;
-        if (must_agree && s_.local_shapes[s_.nearest.local.ids[k]] != SurfaceShape::Planar)
-            return SurfaceShape::Unknown;
         const LocalSurface& surface = s_.global->of_point[global_id];
         const Eigen::Vector3d mean = global_[global_id] + surface.to_mean.cast<double>();
         const Eigen::Vector3d d = point_of(s_.nearest.local.in_global, k) - mean;
@@ -137,23 +135,21 @@ void find_nearest(uint32_t k, double max_distance, SurfaceScratch& s)
     find_neighbors(k, n);
 }
 
-namespace
+std::vector<bool> planar_points(const LocalSurfaces& surfaces, const ShapeLimits& limits)
 {
-/// They are the same throughout a run.
-void find_shapes(const LocalSurfaces::ConstPtr& surfaces, const ShapeLimits& limits,
-                 std::vector<SurfaceShape>& shapes)
-{
-    if (!surfaces || !shapes.empty()) return;
-    shapes.reserve(surfaces->of_point.size());
-    for (const LocalSurface& s : surfaces->of_point) shapes.push_back(s.shape(limits));
+    std::vector<bool> planar;
+    planar.reserve(surfaces.of_point.size());
+    for (const LocalSurface& s : surfaces.of_point) planar.push_back(s.shape(limits) == SurfaceShape::Planar);
+    return planar;
 }
-}  // namespace
 
 void choose_surfaces(const mrpt::maps::CPointsMap& global, const mrpt::maps::CPointsMap& local, uint32_t k,
                      const SurfaceChoice& choice, SurfaceScratch& s)
 {
-    find_shapes(s.global, choice.limits, s.global_shapes);
-    find_shapes(s.local, choice.limits, s.local_shapes);
+    if (s.global_shapes.empty())  // they are the same throughout a run
+        for (const LocalSurface& surface : s.global->of_point)
+            s.global_shapes.push_back(surface.shape(choice.limits));
+
     const SurfaceTest test(global, local, choice, s);
     const auto choose = [&](size_t i)
     {

@@ -25,9 +25,10 @@ struct ChosenSurface
 struct SurfaceScratch
 {
     NearestScratch nearest;
-    LocalSurfaces::ConstPtr global, local;                  ///< local: only where it is needed
-    std::vector<SurfaceShape> global_shapes, local_shapes;  ///< of them, by the limits of the matcher
-    std::vector<ChosenSurface> chosen;                      ///< one per local point
+    LocalSurfaces::ConstPtr global, local;    ///< local: only where it is needed
+    std::vector<SurfaceShape> global_shapes;  ///< of them, by the limits of the matcher
+    std::vector<bool> local_planar;           ///< only where local points must lie on planes, too
+    std::vector<ChosenSurface> chosen;        ///< one per local point
     std::vector<size_t> first_plane, first_line;
     std::vector<float> distances;
 };
@@ -38,10 +39,14 @@ SurfaceScratch& surface_scratch(const Matcher_Points_Base& matcher, const layer_
                                 const layer_name_t& localLayer, const LocalSurfaceOptions& options,
                                 MatchState& state, bool local_too = false);
 
+/// Which of them are planar.
+std::vector<bool> planar_points(const LocalSurfaces& surfaces, const ShapeLimits& limits);
+
 /// Up to k global points for each local point, nearer than `max_distance` (m), into s.nearest.ids.
 void find_nearest(uint32_t k, double max_distance, SurfaceScratch& s);
 
-/// Asks that the plane around a local point has the normal of the global plane.
+/// Asks that the plane around a local point has the normal of the global plane. All local points that are
+/// given then lie on planes.
 struct NormalAgreement
 {
     Eigen::Matrix3d rotation;  ///< from the local frame to the global one

@@ -20,7 +20,8 @@ struct SurfaceScratch;
  * All solvers can use them.
  *
  * The normals are those of metric_map_t::local_surfaces(). One global point may serve many local ones:
- * allowMatchAlreadyMatchedGlobalPoints means nothing here. Takes about three times as long as Matcher_Point2Plane.
+ * allowMatchAlreadyMatchedGlobalPoints means nothing here. Takes about three times as long as
+ * Matcher_Point2Plane.
  */
 class Matcher_Cov2Cov : public Matcher_Points_Base
 {

@@ -20,7 +20,8 @@ struct SurfaceScratch;
  * search per local point. One plane may serve many local points, so that global points are not used up:
  * allowMatchAlreadyMatchedGlobalPoints means nothing here.
  *
- * Local points near global points without a plane say nothing: they do not count as potential pairings.
+ * Local points near global points without a plane say nothing: they do not count as potential pairings. Nor,
+ * with localPointMustFitPlaneToo, do those that do not lie on a plane of their own; they are not looked for.
  */
 class Matcher_Point2Plane : public Matcher_Points_Base
 {
