@@ -6,6 +6,8 @@
 #include <cmath>
 #include <limits>
 
+#include "finite_box.h"
+
 namespace mp2p_icp
 {
 namespace
@@ -82,9 +84,8 @@ BlockGridOptions blocks_of(double side)
 
 NearestNeighborIndex::ConstPtr make_block_grid_index(const mrpt::maps::CPointsMap::ConstPtr& points)
 {
-    // Blocks that hold everything: for the box of the finite points.
-    BlockGrid grid(*points, blocks_of(1e30));
-    const auto box = grid.bounding_box();
+    const auto box = box_of_finite_points(*points);
+    BlockGrid grid;
     if (!box) return std::make_shared<BlockGridIndex>(points, std::move(grid));
     double side = first_block_side(*box, points->size());
     if (!(side > 0)) return nullptr;

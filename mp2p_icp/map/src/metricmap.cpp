@@ -1,4 +1,3 @@
-#include <mp2p_icp/block_grid.h>
 #include <mp2p_icp/errors.h>
 #include <mp2p_icp/load_map.h>
 #include <mp2p_icp/metricmap.h>
@@ -8,11 +7,8 @@
 #include <mrpt/core/initializer.h>
 #include <mrpt/rtti/CObject.h>
 
-#include <algorithm>
-#include <array>
-#include <limits>
-
 #include "LayerIndexCache.h"
+#include "finite_box.h"
 
 IMPLEMENTS_MRPT_OBJECT(metric_map_t, mrpt::serialization::CSerializable, mp2p_icp)
 
@@ -115,60 +111,18 @@ CPointsMap::Ptr metric_map_t::point_layer(const layer_name_t& name) const
 }
 
 // Not CPointsMap::boundingBox(): that one writes a cache, so that two threads could not ask at once.
-namespace
-{
-/// Boxes around every fourth point, side by side: one for each lane of a register.
-class LaneBoxes
-{
- public:
-    LaneBoxes() { low_.fill(INF), high_.fill(-INF); }
-
-    void add_finite(const PointView& p)
-    {
-        size_t i = 0;
-        for (; i + LANES <= p.size; i += LANES)
-            for (size_t lane = 0; lane < LANES; lane++)
-                add(lane, p.x[i + lane], p.y[i + lane], p.z[i + lane]);
-        for (; i < p.size; i++) add(0, p.x[i], p.y[i], p.z[i]);
-    }
-
-    std::optional<mrpt::math::TBoundingBox> around_all() const
-    {
-        mrpt::math::TPoint3D low, high;
-        for (size_t a = 0; a < 3; a++)
-        {
-            low[a] = double(*std::min_element(&low_[a * LANES], &low_[a * LANES] + LANES));
-            high[a] = double(*std::max_element(&high_[a * LANES], &high_[a * LANES] + LANES));
-        }
-        if (!(low.x <= high.x)) return {};
-        return mrpt::math::TBoundingBox(low, high);
-    }
-
- private:
-    void add(size_t lane, float x, float y, float z)
-    {
-        // NaN, which is neither smaller nor larger, unless all three are finite.
-        const float nothing = (x - x) + (y - y) + (z - z);
-        const float p[3] = {x + nothing, y + nothing, z + nothing};
-        for (size_t a = 0; a < 3; a++)
-        {
-            float &low = low_[a * LANES + lane], &high = high_[a * LANES + lane];
-            low = p[a] < low ? p[a] : low, high = p[a] > high ? p[a] : high;
-        }
-    }
-
-    static constexpr float INF = std::numeric_limits<float>::infinity();
-    static constexpr size_t LANES = 4;
-    std::array<float, 3 * LANES> low_, high_;
-};
-}  // namespace
-
 std::optional<mrpt::math::TBoundingBox> metric_map_t::bounding_box() const
 {
-    LaneBoxes boxes;
+    auto all = mrpt::math::TBoundingBox::PlusMinusInfinity();
     for (const auto& [name, layer] : layers)
-        if (const auto* points = MapToPointsMap(*layer)) boxes.add_finite(*points);
-    return boxes.around_all();
+    {
+        const auto* points = MapToPointsMap(*layer);
+        if (const auto box = points ? box_of_finite_points(*points) : std::nullopt)
+            all.updateWithPoint(mrpt::math::TPoint3D(box->min)),
+                all.updateWithPoint(mrpt::math::TPoint3D(box->max));
+    }
+    if (!(all.min.x <= all.max.x)) return {};
+    return all;
 }
 
 namespace
