@@ -435,7 +435,7 @@ Observability analyse(const PreparedPairings& in, const CPose3D& pose, const Ana
     if (options.feigned)
     {
         PreparedPairings errors(*options.feigned, {});
-        errors.drop_unusable();
+        pairing_sums(errors);  // leaves out what is not finite
         feigned = options.feigned_factor * normal_matrix(errors, pose, s, 1).H;
     }
     return judge(normal_matrix(in, pose, s, pairing_sums(summed).L()), feigned, s, pose, options);
@@ -454,7 +454,7 @@ Observability observability(const Pairings& pairings, const mrpt::poses::CPose3D
                             const ObservabilityParameters& parameters)
 {
     PreparedPairings in(pairings, parameters.pair_weights);
-    in.drop_unusable();
+    pairing_sums(in);  // leaves out what is not finite
     AnalysisOptions options;
     options.sigma = parameters.sigma, options.coordinate_rounding = parameters.coordinate_rounding;
     options.largest_deviation = parameters.largest_deviation;
@@ -478,7 +478,7 @@ double residual_rms(const Pairings& pairings, const mrpt::poses::CPose3D& pose,
                     const PairWeights& pair_weights)
 {
     PreparedPairings in(pairings, pair_weights);
-    in.drop_unusable();
+    pairing_sums(in);  // leaves out what is not finite
     const Motion motion(pose);
     const Normal n = block_sum<Normal>(in.size(),
                                        [&](size_t from, size_t to)
