@@ -42,19 +42,26 @@ Sums sums_of(const List& list, const WeightRuns& runs, const Square& square)
 
 PairingCost pairing_cost(const Pairings& p, const mrpt::poses::CPose3D& pose)
 {
-    const auto square = [](const auto& residual) { return residual.asEigen().squaredNorm(); };
+    // Of points and planes, which may be many, without the general form.
     const Eigen::Matrix3d R = rotation_of(pose);
     const Eigen::Vector3d t = translation_of(pose);
-    Sums sums = sums_of(p.paired_pt2pt, p.point_weights,
-                        [&](const auto& pair)
-                        {
-                            const mrpt::math::TPoint3D local = pair.local, global = pair.global;
-                            return (R * to_eigen(local) + t - to_eigen(global)).squaredNorm();
-                        });
+    const auto from = [&](const mrpt::math::TPoint3D& global, const mrpt::math::TPoint3D& local)
+    { return Eigen::Vector3d(R * to_eigen(local) + t - to_eigen(global)); };
+    const auto square = [](const auto& residual) { return residual.asEigen().squaredNorm(); };
+    Sums sums = sums_of(
+        p.paired_pt2pt, p.point_weights,
+        [&](const auto& pair)
+        { return from(mrpt::math::TPoint3D(pair.global), mrpt::math::TPoint3D(pair.local)).squaredNorm(); });
     sums += sums_of(p.paired_pt2ln, p.pt2ln_weights,
                     [&](const auto& pair) { return square(error_point2line(pair, pose)); });
     sums += sums_of(p.paired_pt2pl, p.pt2pl_weights,
-                    [&](const auto& pair) { return square(error_point2plane(pair, pose)); });
+                    [&](const auto& pair)
+                    {
+                        const auto& c = pair.pl_global.plane.coefs;
+                        const Eigen::Vector3d n(c[0], c[1], c[2]);
+                        const double along = n.dot(from(pair.pl_global.centroid, pair.pt_local));
+                        return along * along / n.squaredNorm();
+                    });
     PairingCost out;
     out.residual_rms = sums.count > 0 ? std::sqrt(sums.squares / sums.count) : 0;
     out.weighted = sums.weighted +

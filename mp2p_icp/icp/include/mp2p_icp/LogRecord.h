@@ -84,4 +84,16 @@ class LogRecord : public mrpt::serialization::CSerializable
     static LogRecord load_from_file(const std::string& file_name);
 };
 
+/// What a list of logs tells of one.
+struct LogHeadline
+{
+    Verdict verdict = Verdict::failed;
+    double quality = 0;
+};
+
+/** From the first bytes of a log, in well below a millisecond, whatever its size; so the rest of it may be
+ * damaged. \exception DataError as LogRecord::load_from_file() for what these bytes tell. Thread-safe.
+ */
+LogHeadline read_log_headline(const std::string& file_name);
+
 }  // namespace mp2p_icp
