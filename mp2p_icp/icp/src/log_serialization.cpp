@@ -35,15 +35,17 @@ void get(CArchive& in, mrpt::math::CMatrixDouble66& m)
 void put(CArchive& out, const IterationRecord& i)
 {
     out.WriteAs<uint32_t>(i.iteration);
-    out << i.pose << i.step_trans << i.step_rot << i.gate << i.pairings << i.potential_pairings << i.cost
-        << i.residual_rms;
+    out << i.pose << i.step_trans << i.step_rot << i.gate;
+    for (const uint64_t count : i.pairings) out << count;
+    out << i.potential_pairings << i.cost << i.residual_rms;
     out.WriteAs<int32_t>(i.rank);
 }
 void get(CArchive& in, IterationRecord& i)
 {
     i.iteration = in.ReadAs<uint32_t>();
-    in >> i.pose >> i.step_trans >> i.step_rot >> i.gate >> i.pairings >> i.potential_pairings >> i.cost >>
-        i.residual_rms;
+    in >> i.pose >> i.step_trans >> i.step_rot >> i.gate;
+    for (uint64_t& count : i.pairings) in >> count;
+    in >> i.potential_pairings >> i.cost >> i.residual_rms;
     i.rank = in.ReadAs<int32_t>();
 }
 

@@ -14,6 +14,8 @@
 #include <limits>
 #include <map>
 
+#include "pairings_on_surfaces.h"
+
 namespace mp2p_icp
 {
 using mrpt::math::TPoint3D;
@@ -258,33 +260,22 @@ double MapFit::share(const CPose3D& pose, double scale) const
 
 std::vector<FreeTwist> MapFit::free_motions(const CPose3D& pose) const
 {
-    constexpr double least_information = 1e-3, times_noise = 4;
     const auto nearest = nearest_of(pose, 1);
-    Pairings on_planes;
-    double tilt_variance = 0;
+    Pairings pairings;
     for (size_t i = 0; i < nearest.ids.size(); i++)
     {
-        if (nearest.ids[i] == NO_NEIGHBOR) continue;
-        const LocalSurface& s = surfaces_->of_point[nearest.ids[i]];
-        if (s.shape(SHAPES) != SurfaceShape::Planar) continue;
+        const uint32_t id = nearest.ids[i];
+        if (id == NO_NEIGHBOR) continue;
         TPoint3D q;
-        global_points_->getPoint(nearest.ids[i], q.x, q.y, q.z);
-        q += to_mrpt(s.to_mean.cast<double>());
-        const Eigen::Vector3d n = s.normal.cast<double>();
-        on_planes.paired_pt2pl.push_back(
-            {plane_patch_t(mrpt::math::TPlane(q, mrpt::math::TVector3D(n.x(), n.y(), n.z())), q),
-             TPoint3D(local_[i])});
-        // Of a fitted plane: that of its points across, over their spread along it.
-        tilt_variance += static_cast<double>(s.eigenvalues(0)) /
-                         (static_cast<double>(s.count) * static_cast<double>(s.eigenvalues(1)));
+        global_points_->getPoint(id, q.x, q.y, q.z);
+        pairings.paired_pt2pt.push_back(
+            mrpt::tfest::TMatchingPair_d(id, static_cast<uint32_t>(i), q, TPoint3D(local_[i])));
     }
-    const auto count = static_cast<double>(on_planes.size());
-    if (2 * on_planes.size() < local_.size()) return {};
-    std::vector<FreeTwist> free;
-    for (const auto& motion : observability(on_planes, pose).motions)
-        if (motion.information_ratio < std::max(least_information, times_noise * tilt_variance / count))
-            free.push_back(motion);
-    return free;
+    if (2 * pairings.size() < local_.size()) return {};
+    const auto on = pairings_on_surfaces(pairings, global_, {LAYER}, pose);
+    ObservabilityParameters parameters;
+    parameters.feigned = &on.feigned;
+    return observability(on.pairings, pose, parameters).free;
 }
 
 double MapFit::better_scale(const Fit& fit) const

@@ -57,10 +57,8 @@ class MapFit
     Fit fit_from(const mrpt::poses::CPose3D& start, double gate, double scale = 1) const;
     /// The scale that fits the pairs within nearby() best, at the pose and scale of a fit (Umeyama, 1991).
     double better_scale(const Fit& fit) const;
-    /** The motions that the planes around the global points, where the local points lie on them, do not tell:
-     * those of which they know less than a thousandth of the best known motion, or no more than noise in the
-     * directions of the planes alone would seem to tell. Empty also if few points lie on planes.
-     */
+    /// The motions that the surfaces on which the local points lie leave free, judged as for a verdict. Empty
+    /// also if few of them lie on anything.
     std::vector<FreeTwist> free_motions(const mrpt::poses::CPose3D& pose) const;
     /// The rms distance that the local points move between two poses, m.
     double displacement(const mrpt::poses::CPose3D& a, const mrpt::poses::CPose3D& b) const;
