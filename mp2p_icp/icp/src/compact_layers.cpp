@@ -15,10 +15,9 @@ bool same_bits(double a, double b)
     return std::memcmp(&a, &b, sizeof(double)) == 0;
 }
 
-TPoint3D point_of(const mrpt::maps::CPointsMap& layer, uint32_t index)
+TPoint3D point_of(const CompactLayers::Layer& layer, uint32_t index)
 {
-    return {layer.getPointsBufferRef_x()[index], layer.getPointsBufferRef_y()[index],
-            layer.getPointsBufferRef_z()[index]};
+    return {layer.x[index], layer.y[index], layer.z[index]};
 }
 }  // namespace
 
@@ -27,21 +26,22 @@ CompactLayers::CompactLayers(const metric_map_t& map)
     constexpr size_t most = 255;
     for (const auto& [name, layer] : map.layers)
         if (const auto* points = layer ? MapToPointsMap(*layer) : nullptr; points && layers_.size() < most)
-            layers_.push_back(points);
+            layers_.push_back({points->getPointsBufferRef_x().data(), points->getPointsBufferRef_y().data(),
+                               points->getPointsBufferRef_z().data(), points->size()});
 }
 
 size_t CompactLayers::points() const
 {
     size_t count = 0;
-    for (const auto* layer : layers_) count += layer->size();
+    for (const auto& layer : layers_) count += layer.size;
     return count;
 }
 
 bool CompactLayers::has(uint8_t layer, uint32_t index, const TPoint3D& point) const
 {
     if (layer == 0) return false;
-    const auto& points = *layers_[layer - 1u];
-    if (index >= points.size()) return false;
+    const auto& points = layers_[layer - 1u];
+    if (index >= points.size) return false;
     const TPoint3D stored = point_of(points, index);
     return same_bits(stored.x, point.x) && same_bits(stored.y, point.y) && same_bits(stored.z, point.z);
 }
@@ -61,9 +61,9 @@ TPoint3D CompactLayers::take_point(std::string_view& bytes, uint8_t layer, uint3
         const auto x = take<double>(bytes), y = take<double>(bytes), z = take<double>(bytes);
         return {x, y, z};
     }
-    if (layer > layers_.size() || index >= layers_[layer - 1u]->size())
+    if (layer > layers_.size() || index >= layers_[layer - 1u].size)
         pairings_are_damaged("there is no such point");
-    return point_of(*layers_[layer - 1u], index);
+    return point_of(layers_[layer - 1u], index);
 }
 
 void append_point(std::string& bytes, const TPoint3D& p)

@@ -25,13 +25,18 @@ class CompactLayers
     /// Which of the layers has that point there: `before` if it does.
     uint8_t layer_of(uint8_t before, uint32_t index, const mrpt::math::TPoint3D& point) const;
 
-    const mrpt::maps::CPointsMap& layer(uint8_t number) const { return *layers_[number - 1u]; }
+    struct Layer
+    {
+        const float *x, *y, *z;
+        size_t size;
+    };
+    const Layer& layer(uint8_t number) const { return layers_[number - 1u]; }
 
     /// The point of a layer, or the next 3 doubles. \exception std::runtime_error if there is no such point
     mrpt::math::TPoint3D take_point(std::string_view& bytes, uint8_t layer, uint32_t index) const;
 
  private:
-    std::vector<const mrpt::maps::CPointsMap*> layers_;
+    std::vector<Layer> layers_;
 };
 
 void append_point(std::string& bytes, const mrpt::math::TPoint3D& p);

@@ -37,13 +37,13 @@ CompactLine::Pair CompactLine::pair(const Values& v, const TPoint3D& local)
 template <class Kind>
 bool CompactSurfaceWriter<Kind>::find_in(uint8_t layer, const TPoint3D& p, Point& found)
 {
-    const auto& xs = local_.layer(layer).getPointsBufferRef_x();
+    const auto& points = local_.layer(layer);
     const auto x = static_cast<float>(p.x);
     auto at = starts_[layer];
-    for (size_t tried = 0; tried < xs.size() && steps_left_ > 0; tried++, steps_left_--, at++)
+    for (size_t tried = 0; tried < points.size && steps_left_ > 0; tried++, steps_left_--, at++)
     {
-        if (at >= xs.size()) at = 0;
-        if (xs[at] != x || !local_.has(layer, at, p)) continue;
+        if (at >= points.size) at = 0;
+        if (points.x[at] != x || !local_.has(layer, at, p)) continue;
         starts_[layer] = at + 1;
         found = {layer, at};
         return true;
