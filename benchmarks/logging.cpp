@@ -117,6 +117,7 @@ void compare(const char* title, const Problem& p, size_t rounds,
         without.push_back(seconds_of([&] { align(logging.off, false); }));
         in_memory.push_back(seconds_of([&] { align(logging.off, true); }));
         again.push_back(seconds_of([&] { align(logging.off, false); }));
+        std::filesystem::remove(logging.file);  // to replace one takes longer
         to_file.push_back(seconds_of([&] { align(logging.all, false); }));
     }
     const auto line = [&](const char* what, const std::vector<Seconds>& times)

@@ -23,18 +23,23 @@ class LogBrowser
     void go_to(long index);
     void step(long by) { go_to(static_cast<long>(index_) + by); }
 
-    /// Reads them all, once, and orders and chooses anew; keeps the log that is shown if it still is there.
-    /// Returns false, and changes nothing, if none would be left.
+    /// Reads what the list needs to know of the logs of which nothing is known, for about so long.
+    /// Returns whether it knows all.
+    bool summarize(double seconds);
+    size_t summarized() const { return summarized_; }  ///< how many, of all()
+    size_t all() const { return all_.size(); }         ///< also of those that are not in the list now
+    static bool needs_summaries(const ViewerOptions& options);
+
+    /// Orders and chooses anew, when it knows all that this needs; keeps the log that is shown if it still is
+    /// there. Returns false, and changes nothing, if none would be left.
     bool arrange(const ViewerOptions& options);
 
     /// Of a log that cannot be read, null; its summary says why.
     mp2p_icp::LogRecord::Ptr read(size_t index);
 
  private:
-    void summarize_all();
-
     std::vector<LogSummary> all_, logs_;
-    bool summarized_ = false;
+    size_t summarized_ = 0;
     size_t index_ = 0;
 };
 

@@ -92,9 +92,20 @@ LogRecord::Ptr load_log(const std::string& path)
     return std::make_shared<LogRecord>(LogRecord::load_from_file(path));
 }
 
-LogSummary summary_of(const std::string& path, const LogRecord& log)
+LogSummary summary_of(const std::string& path)
 {
-    return {path, log.icpResult.verdict, log.icpResult.quality, ""};
+    LogSummary out;
+    out.path = path, out.known = true;
+    try
+    {
+        const auto headline = mp2p_icp::read_log_headline(path);
+        out.verdict = headline.verdict, out.quality = headline.quality;
+    }
+    catch (const std::exception& e)
+    {
+        out.problem = mp2p_icp::short_reason(e);
+    }
+    return out;
 }
 
 std::vector<LogSummary> sorted_and_filtered(std::vector<LogSummary> logs, const ViewerOptions& options)

@@ -16,7 +16,8 @@ struct LogSummary
     std::string path;
     mp2p_icp::Verdict verdict = mp2p_icp::Verdict::failed;
     double quality = 0;
-    std::string problem;  ///< why it cannot be read; empty if it can
+    std::string problem;  ///< why it cannot be read; empty if it can, as far as is known
+    bool known = false;   ///< else nothing was read yet
 };
 
 /// The `.icplog` files (also `.icplog.gz`) among the paths and in the folders among them, sorted by name.
@@ -27,7 +28,7 @@ std::vector<std::string> find_logs(const std::vector<std::string>& paths);
 bool is_map_path(const std::string& path);
 
 mp2p_icp::LogRecord::Ptr load_log(const std::string& path);  ///< \exception mp2p_icp::DataError
-LogSummary summary_of(const std::string& path, const mp2p_icp::LogRecord& log);
+LogSummary summary_of(const std::string& path);              ///< from its first bytes; never throws
 
 /** Those that the options ask for, in their order. A log that cannot be read stays, last, unless a verdict or
  * a quality is asked for.

@@ -133,7 +133,9 @@ std::vector<std::string> chosen_logs(const ViewerOptions& options)
     const auto paths = find_logs(options.inputs);
     if (paths.size() == 1) return paths;
     std::vector<LogSummary> logs;
-    for (const auto& path : paths) logs.push_back(summary_of(path, *load_log(path)));
+    for (const auto& path : paths)
+        if (logs.push_back(summary_of(path)); !logs.back().problem.empty())
+            throw std::runtime_error(logs.back().problem);
     std::vector<std::string> chosen;
     for (const auto& log : sorted_and_filtered(logs, options)) chosen.push_back(log.path);
     if (chosen.empty()) throw std::invalid_argument("no log has the verdict and quality that were asked for");

@@ -79,13 +79,21 @@ void ViewerModel::play()
     go_to_moment(0);
 }
 
-void ViewerModel::arrange()
+bool ViewerModel::arrange_some(double seconds)
 {
-    if (!browser_) return;
+    if (!browser_ || !arranging_) return false;
+    if (LogBrowser::needs_summaries(listing_) && !browser_->summarize(seconds))
+    {
+        problem_ = "looking into the logs: " + std::to_string(browser_->summarized()) + " of " +
+                   std::to_string(browser_->all());
+        return true;
+    }
+    arranging_ = false;
     const std::string shown = first_->path();
     const bool some_left = browser_->arrange(listing_);
     problem_ = some_left ? "" : "no log has this verdict and quality";
     if (browser_->at(browser_->index()).path != shown) go_to_log(static_cast<long>(browser_->index()));
+    return true;
 }
 
 void ViewerModel::redraw()

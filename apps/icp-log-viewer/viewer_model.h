@@ -33,8 +33,11 @@ class ViewerModel
     void go_to_moment(long index);
     void play();  ///< to the next moment, or the next log; after the last log the first
 
-    /// Sorts and filters; says in problem() if no log is left.
-    void arrange();
+    /// To sort and filter, as listing() says. That may take many calls of arrange_some().
+    void arrange() { arranging_ = true; }
+    /// Goes on with it for about so long; problem() says how far it is, or that no log is left. Returns
+    /// whether anything is different now.
+    bool arrange_some(double seconds);
     ViewerOptions& listing() { return listing_; }
 
     mp2p_icp::LogSceneOptions& drawing() { return drawing_; }
@@ -59,6 +62,7 @@ class ViewerModel
     std::optional<LogBrowser> browser_;
     std::unique_ptr<ShownLog> first_, second_;
     size_t second_index_ = 0;
+    bool arranging_ = false;
     std::string problem_;
 };
 

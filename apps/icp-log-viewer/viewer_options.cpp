@@ -83,6 +83,16 @@ void declare_drawing(CLI::App& app, ViewerOptions& o)
     app.add_flag("--pairings", o.pairings, "Draw what is paired");
     app.add_flag("--frames", o.frames, "Draw the coordinate axes of both maps");
     app.add_flag("--covariance", o.covariance, "Draw the (enlarged) ellipsoid of the final translation");
+    app.add_option("--voxels", o.voxels,
+                   "Draw the cubes of this size (m) that hold points, instead of points")
+        ->check(CLI::PositiveNumber)
+        ->type_name("SIZE");
+    app.add_option(
+           "--clip", o.clip,
+           "Of pictures: draw only what is at most so far before and behind the middle of the data (m; "
+           "below 0: on its other side)")
+        ->expected(2)
+        ->type_name("BEFORE BEHIND");
     app.add_option("--hide", o.hide, "Layers (or planes, lines) that are not drawn")->type_name("LAYER...");
 }
 
@@ -127,8 +137,10 @@ void ViewerOptions::apply_to(mp2p_icp::LogSceneOptions& options) const
     for (auto* style : {&options.global, &options.local})
     {
         style->by_height = color == "height";
+        style->voxel_size = voxels;
         style->hidden.insert(hide.begin(), hide.end());
     }
+    if (clip.size() == 2) options.clip = {clip[0], clip[1]};
     options.draw_pairings = pairings, options.frames = frames, options.covariance = covariance;
 }
 

@@ -24,6 +24,8 @@ struct ViewerOptions
     std::string color = "side";  ///< side, height or residual
     std::string size = "1280x800";
     std::vector<std::string> hide;
+    double voxels = 0;         ///< side of cubes, m; 0: points
+    std::vector<double> clip;  ///< what is kept before and behind the middle, m; or nothing
     bool pairings = false, frames = false, covariance = false;
 
     bool wants_pictures() const { return !snapshot.empty() || !snapshot_dir.empty() || !html.empty(); }

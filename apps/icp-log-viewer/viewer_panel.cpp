@@ -60,13 +60,13 @@ void ViewerPanel::make_list()
                [this](int i)
                {
                    model_.listing().sort = SORTS[static_cast<size_t>(i)];
-                   model_.arrange(), log_changed();
+                   model_.arrange();
                });
     add_choice(row, VERDICTS, 150,
                [this](int i)
                {
                    model_.listing().verdict = i == 0 ? "" : VERDICTS[static_cast<size_t>(i)];
-                   model_.arrange(), log_changed();
+                   model_.arrange();
                });
     auto* quality = add_row(panel_);
     add_label(quality, "quality at least", 100);
@@ -75,7 +75,7 @@ void ViewerPanel::make_list()
         [this](float least)
         {
             model_.listing().min_quality = static_cast<double>(least);
-            model_.arrange(), log_changed();
+            model_.arrange();
         });
 }
 
@@ -112,6 +112,14 @@ void ViewerPanel::make_poses()
     play_button_ = add_button(row, "play", {});
     play_button_->setFlags(nanogui::Button::ToggleButton);
     play_button_->setChangeCallback([this](bool on) { playing_ = on; });
+}
+
+void ViewerPanel::before_frame()
+{
+    constexpr double part_of_a_frame_s = 0.01;
+    const auto path = model_.first().path();
+    if (!model_.arrange_some(part_of_a_frame_s)) return;
+    path == model_.first().path() ? refresh() : log_changed();
 }
 
 void ViewerPanel::go_to_log(long index)

@@ -13,6 +13,8 @@ class ViewerPanel
     ViewerTabs& tabs() { return *tabs_; }
     const ViewerTabs& tabs() const { return *tabs_; }
 
+    void before_frame();  ///< goes on with what takes longer than a frame
+
     bool playing() const { return playing_; }
     void play();  ///< one step of it
 

@@ -42,6 +42,7 @@ void ViewerStage::set_scenes(const std::vector<LogScene*>& scenes)
 {
     const bool other_layout = scenes.size() != scenes_.size();
     scenes_ = scenes;
+    followed_.reset();
     fill_viewports();
     if (other_layout) look_from(direction_);
 }
@@ -85,6 +86,40 @@ void ViewerStage::set_orthographic(bool orthographic)
     window_.camera().setCameraProjective(!orthographic);
 }
 
+void ViewerStage::set_following(bool following)
+{
+    following_ = following;
+    followed_.reset();
+}
+
+/// By what the local map has moved, so that the mouse may look beside it.
+void ViewerStage::follow()
+{
+    if (!following_ || scenes_.empty() || !scenes_[0]) return;
+    const auto now = scenes_[0]->in_scene(scenes_[0]->local_middle()) * WINDOW_SCALE;
+    if (followed_)
+    {
+        const auto step = now - *followed_;
+        auto& camera = window_.camera();
+        camera.setCameraPointing(camera.getCameraPointingX() + static_cast<float>(step.x),
+                                 camera.getCameraPointingY() + static_cast<float>(step.y),
+                                 camera.getCameraPointingZ() + static_cast<float>(step.z));
+    }
+    followed_ = now;
+}
+
+/// Before and behind the point that the camera looks at.
+void ViewerStage::clip()
+{
+    if (scenes_.empty() || !scenes_[0]) return;
+    const auto& keep = scenes_[0]->options().clip;
+    const double metre = WINDOW_SCALE / scenes_[0]->unit(), distance = window_.camera().getZoomDistance();
+    const auto within = [](double d) { return static_cast<float>(std::clamp<double>(d, NEAREST, FARTHEST)); };
+    const float near = within(distance - keep.before * metre), far = within(distance + keep.behind * metre);
+    for (size_t side = 0; side < std::size(NAMES); side++)
+        viewport(side)->setViewportClipDistances(near, std::max(far, near + NEAREST));
+}
+
 mrpt::math::TVector3D ViewerStage::towards_eye() const
 {
     mp2p_icp::OrthoView view;
@@ -103,6 +138,8 @@ void ViewerStage::before_frame()
     // A viewport cannot be hidden: an empty one of nearly no size is as good.
     viewport(1)->setViewportPosition(two ? panel + width : 0, 0, two ? width : 1e-3, two ? 1 : 1e-3);
     window_.camera().updateCameraParams(viewport(1)->getCamera());
+    follow();
+    clip();
     for (auto* scene : scenes_)
         if (scene) scene->bring_forward(towards_eye() * FRONT_SHIFT);
 }

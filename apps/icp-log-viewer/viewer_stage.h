@@ -3,6 +3,7 @@
 #include <mp2p_icp/log_scene.h>
 #include <mrpt/gui/CDisplayWindowGUI.h>
 
+#include <optional>
 #include <vector>
 
 namespace mp2p_icp_apps
@@ -19,12 +20,16 @@ class ViewerStage
     void set_scenes(const std::vector<mp2p_icp::LogScene*>& scenes);
     void look_from(const mp2p_icp::ViewDirection& direction);  ///< at all that there is
     void set_orthographic(bool orthographic);
+    /// The camera goes where the local map of the first scene goes.
+    void set_following(bool following);
 
     /// To be called before each frame.
     void before_frame();
 
  private:
     void fill_viewports();
+    void follow();
+    void clip();
     mrpt::opengl::COpenGLViewport::Ptr viewport(size_t side);
     mrpt::math::TVector3D towards_eye() const;
 
@@ -32,6 +37,8 @@ class ViewerStage
     int panel_width_;
     std::vector<mp2p_icp::LogScene*> scenes_;
     mp2p_icp::ViewDirection direction_;  ///< that was looked from last
+    bool following_ = false;
+    std::optional<mrpt::math::TPoint3D> followed_;  ///< where the local map was, in the window
 };
 
 }  // namespace mp2p_icp_apps

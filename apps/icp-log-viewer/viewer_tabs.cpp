@@ -1,6 +1,8 @@
 #include "viewer_tabs.h"
 
+#include <functional>
 #include <iostream>
+#include <limits>
 
 #include "log_text.h"
 
@@ -121,22 +123,43 @@ void ViewerTabs::make_view()
                                     model_.redraw(), changed_();
                                 });
     coloring->setSelectedIndex(drawing.color_by_residual ? 2 : drawing.global.by_height ? 1 : 0);
-    add_label(tab, "size of points", width_ - 30);
-    auto* size = add_slider(tab, width_ - 40,
-                            [this](float pixels)
-                            {
-                                auto& d = model_.drawing();
-                                d.global.point_size_px = d.local.point_size_px = pixels;
-                                model_.redraw();
-                            });
+    const auto slider = [&](const char* name, const std::function<void(double)>& changed)
+    {
+        auto* row = add_row(tab);
+        add_label(row, name, 110);
+        return add_slider(row, width_ - 160,
+                          [this, changed](float value)
+                          { changed(static_cast<double>(value)), model_.redraw(); });
+    };
+    auto* size =
+        slider("size of points", [&drawing](double pixels)
+               { drawing.global.point_size_px = drawing.local.point_size_px = static_cast<float>(pixels); });
     size->setRange({1.0f, 12.0f});
     size->setValue(drawing.global.point_size_px);
+    // The others are relative to the size of the data.
+    slider(
+        "as voxels", [this, &drawing](double share)
+        { drawing.global.voxel_size = drawing.local.voxel_size = share < 0.02 ? 0 : 0.05 * share * unit(); });
+    const double everything = std::numeric_limits<double>::infinity();
+    const auto kept = [this, everything](double share)
+    { return share > 0.99 ? everything : (share - 0.5) * unit(); };
+    slider("keep before", [=, &drawing](double share) { drawing.clip.before = kept(share); })->setValue(1);
+    slider("keep behind", [=, &drawing](double share) { drawing.clip.behind = kept(share); })->setValue(1);
     for (const auto& [name, flag] : {std::pair("coordinate axes", &drawing.frames),
                                      {"covariance of the translation (3 sigma)", &drawing.covariance},
                                      {"motions that nothing determines", &drawing.free_motions}})
         add_check_box(tab, name, *flag,
                       [this, flag = flag](bool on) { *flag = on, model_.redraw(), changed_(); });
     add_check_box(tab, "parallel projection", orthographic_, [this](bool on) { set_orthographic(on); });
+    if (model_.browser())
+        add_check_box(tab, "the camera follows the local map", false,
+                      [this](bool on) { stage_.set_following(on); });
+}
+
+double ViewerTabs::unit()
+{
+    const auto* scene = model_.first().scene();
+    return scene ? scene->unit() : 1;
 }
 
 void ViewerTabs::make_pose()

@@ -30,6 +30,7 @@ class ViewerTabs
     void make_pose();
     void list_layers(nanogui::Widget* list, const std::string& title, const mp2p_icp::metric_map_t& map,
                      std::set<std::string>& hidden);
+    double unit();  ///< about the size of the data, m
     void draw_plots();
     void draw_histogram();
     void pose_changed();

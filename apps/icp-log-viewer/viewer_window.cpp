@@ -107,6 +107,7 @@ void open_viewer_window(const ViewerOptions& options, std::ostream& out)
             const auto now = std::chrono::steady_clock::now();
             if (panel.playing() && std::chrono::duration<double>(now - last_step).count() > PLAY_PERIOD_S)
                 last_step = now, panel.play();
+            panel.before_frame();
             stage.before_frame();
         });
     window.addKeyboardCallback([&](int key, int, int action, int) { return panel.key(key, action); });

@@ -3,6 +3,7 @@
 
 #include "log_browser.h"
 #include "log_text.h"
+#include "viewer_model.h"
 #include "viewer_state.h"
 #include "viewer_tools.h"
 
@@ -201,6 +202,72 @@ TEST(LogBrowser, sorts_and_filters)
     options.verdict = "", options.sort = "quality";
     EXPECT_TRUE(browser.arrange(options));
     EXPECT_EQ(names(), "a_bad b_good c_damaged ");
+}
+
+TEST(LogBrowser, looks_into_logs_bit_by_bit_and_remembers_those_that_are_damaged)
+{
+    const Folder folder;
+    const auto good = logged_run(folder, "a");
+    const auto bytes = content_of(good);
+    folder.text("b.icplog", bytes.substr(0, bytes.size() / 2));  // its headline can be read
+    folder.text("c.icplog", "nothing");
+    ViewerOptions options;
+    LogBrowser browser({folder.path("")}, options);
+    EXPECT_EQ(browser.summarized(), 0u) << "the list by name needs no look";
+    for (size_t looked = 1; looked <= 3; looked++)
+    {
+        EXPECT_EQ(browser.summarize(0), looked == 3) << "one at a time, when there is no time";
+        EXPECT_EQ(browser.summarized(), looked);
+    }
+    EXPECT_TRUE(browser.summarize(0));
+    options.sort = "quality";
+    EXPECT_TRUE(browser.arrange(options));
+    EXPECT_EQ(browser.at(0).quality, load_log(good)->icpResult.quality);
+    EXPECT_EQ(browser.at(1).quality, browser.at(0).quality);
+    EXPECT_NE(browser.at(2).problem, "");
+    EXPECT_EQ(browser.at(1).problem, "");
+    EXPECT_EQ(browser.read(1), nullptr);
+    EXPECT_TRUE(browser.arrange(options));
+    EXPECT_NE(browser.at(1).problem, "") << "not forgotten";
+}
+
+TEST(ViewerModel, sorts_in_parts_and_says_how_far_it_is)
+{
+    const Folder folder;
+    logged_run(folder, "a_good");
+    logged_run(folder, "b_bad", FAR_GUESS);
+    ViewerOptions options;
+    options.inputs = {folder.path("")};
+    ViewerModel model(options, {});
+    EXPECT_FALSE(model.arrange_some(0)) << "nothing was asked for";
+    model.listing().sort = "verdict";
+    model.arrange();
+    EXPECT_TRUE(model.arrange_some(0));
+    EXPECT_EQ(model.problem(), "looking into the logs: 1 of 2");
+    while (model.arrange_some(0)) continue;
+    EXPECT_EQ(model.problem(), "");
+    EXPECT_TRUE(contains(model.browser()->at(0).path, "b_bad"));
+    EXPECT_TRUE(contains(model.first().path(), "a_good")) << "still the same";
+}
+
+TEST(icp_log_viewer, draws_cubes_and_cuts_off)
+{
+    const Folder folder;
+    const auto log = logged_run(folder, "run");
+    const auto with = [&](const std::vector<std::string>& more)
+    {
+        const auto path = folder.path("p.png");
+        std::vector<std::string> all{log, "--snapshot", path, "--size", "300x300"};
+        all.insert(all.end(), more.begin(), more.end());
+        const auto o = view(all);
+        EXPECT_EQ(o.code, 0) << o.err;
+        return picture(path);
+    };
+    const auto plain = with({});
+    EXPECT_GT(differing_pixels(with({"--voxels", "0.3"}), plain), 500u);
+    EXPECT_GT(differing_pixels(with({"--clip", "0", "100"}), plain), 100u);
+    EXPECT_EQ(differing_pixels(with({"--clip", "1000", "1000"}), plain), 0u);
+    expect_trouble({log, "--snapshot", folder.path("x.png"), "--voxels", "-1"}, {"--voxels"});
 }
 
 TEST(viewer_state, is_remembered)

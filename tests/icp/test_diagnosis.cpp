@@ -220,6 +220,23 @@ TEST(diagnosis, different_places)
     expect_cause(c, Cause::DifferentPlaces, "different places");
 }
 
+TEST(diagnosis, maps_of_which_only_a_part_is_the_same)
+{
+    Case c;
+    c.global = part(*c.global, -2.4, 30);  // 60 % of the local one
+    Case near = c;
+    near.threshold = "0.4", near.guess = pose_deg(0.5, -0.3, 0.1, 3, 1, -1);
+    EXPECT_LT(expect_cause(near, Cause::AllIsWell, "like noise").overlap, 0.65);
+
+    // Points are pulled towards the border of the global map.
+    const auto d = expect_cause(c, Cause::BadGuess, "bad guess");
+    ASSERT_TRUE(d.better_pose);
+    EXPECT_LT(translation_error(*d.better_pose, TRUTH), 0.1);
+
+    near.global = part(*street_points(8, 1), -2.4, 30);
+    expect_cause(near, Cause::DifferentPlaces, "different places");
+}
+
 TEST(diagnosis, of_a_pipeline_that_is_not_known_says_so)
 {
     LogRecord log = Case().run();

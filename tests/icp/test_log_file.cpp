@@ -4,6 +4,7 @@
 #include <mp2p_icp/load_map.h>
 #include <mrpt/io/CMemoryStream.h>
 #include <mrpt/serialization/CArchive.h>
+#include <zlib.h>
 
 #include <filesystem>
 #include <fstream>
@@ -48,6 +49,19 @@ LogRecord logged_run()
     bench.icp.align(map_of(seen_from(truth, *surface)), map_of(surface), {}, bench.parameters, result,
                     std::nullopt, log);
     return log;
+}
+
+/// As gzip(1) would make it of the file.
+std::string gzip_of(const std::string& bytes)
+{
+    const std::string path = temp_path(".gz");
+    const gzFile file = gzopen(path.c_str(), "wb");
+    gzwrite(file, bytes.data(), static_cast<unsigned>(bytes.size()));
+    gzclose(file);
+    std::ifstream in(path, std::ios::binary);
+    std::string out{std::istreambuf_iterator<char>(in), {}};
+    std::filesystem::remove(path);
+    return out;
 }
 
 void expect_refused(const std::string& bytes, const std::vector<std::string>& words)
@@ -95,7 +109,36 @@ TEST(log_file, of_the_original_is_recognized_and_refused)
     for (const char version : {char(0), char(1), char(2)})
         expect_refused("\x93mp2p_icp::LogRecord" + std::string(1, version) + std::string(50, '\7'),
                        {"a log of the original mp2p_icp", "version " + std::to_string(int(version))});
+    expect_refused("\x93mp2p_icp::LogRecord\x80" + std::string(50, '\7'),
+                   {"version 128", "older", "Log the run again"});
     expect_refused("\x93mp2p_icp::LogRecord\xff" + std::string(50, '\7'), {"version 255", "newer"});
+}
+
+TEST(log_file, tells_its_headline_without_the_rest)
+{
+    LogRecord log = logged_run();
+    log.icpResult.verdict = Verdict::under_constrained, log.icpResult.quality = 0.375;
+    const LogFile whole;
+    ASSERT_TRUE(log.save_to_file(whole.path));
+    const std::string bytes = whole.bytes(), compressed = gzip_of(bytes);
+    for (const std::string& start : {bytes, bytes.substr(0, 200), compressed, compressed.substr(0, 300)})
+    {
+        const auto headline = read_log_headline(LogFile(start).path);
+        EXPECT_EQ(headline.verdict, Verdict::under_constrained);
+        EXPECT_EQ(headline.quality, 0.375);
+    }
+    const auto expect_no_headline = [](const std::string& other, const std::vector<std::string>& words)
+    {
+        const LogFile file(other);
+        expect_problem_with<DataError>(words, [&] { (void)read_log_headline(file.path); });
+    };
+    expect_no_headline("", {"no MRPT archive"});
+    expect_no_headline("1 2 3\n", {"expected an ICP log"});
+    expect_no_headline("\x93mp2p_icp::LogRecord\x80" + std::string(50, '\7'), {"version 128", "older"});
+    expect_no_headline("\x93mp2p_icp::LogRecord\x81" + std::string(50, '\7'), {"no such verdict"});
+    expect_no_headline(bytes.substr(0, 45), {"truncated"});
+    expect_problem_with<DataError>({"/nowhere/x.icplog", "no such file"},
+                                   [] { (void)read_log_headline("/nowhere/x.icplog"); });
 }
 
 TEST(log_file, that_is_truncated_is_refused)

@@ -48,6 +48,7 @@ LogRecord made_log()
     details.optimalPose = AT_ITERATION;
     for (uint32_t i = 0; i < LOCAL.size(); i++)
         details.pairings.paired_pt2pt.push_back(mrpt::tfest::TMatchingPair_d(i, i, GLOBAL[i], LOCAL[i]));
+    log.iterations.emplace_back().pose = details.optimalPose;
     return log;
 }
 

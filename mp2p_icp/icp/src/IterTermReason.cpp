@@ -21,9 +21,9 @@ std::string to_string(IterTermReason reason)
         case IterTermReason::Cycled:
             return "Cycled";
         case IterTermReason::Undefined:
-            break;
+            return "Undefined";
     }
-    return "Undefined";
+    return "";
 }
 
 std::string to_string(Verdict verdict)
@@ -41,9 +41,9 @@ std::string to_string(Verdict verdict)
         case Verdict::worse_than_guess:
             return "worse_than_guess";
         case Verdict::failed:
-            break;
+            return "failed";
     }
-    return "failed";
+    return "";
 }
 
 }  // namespace mp2p_icp

@@ -4,7 +4,7 @@
 
 #include <stdexcept>
 
-#include "log_version.h"
+#include "log_head.h"
 
 namespace mp2p_icp
 {
@@ -13,32 +13,18 @@ namespace
 /// What the parser does not check: enumerations, that is, and whatever else others rely on.
 void check(const LogRecord& log)
 {
-    if (log.icpResult.verdict > Verdict::failed) throw std::runtime_error("there is no such verdict");
-    if (log.icpResult.terminationReason > IterTermReason::Cycled)
-        throw std::runtime_error("there is no such termination reason");
-    for (const auto& twist : log.icpResult.unobservable)
-        if (twist.kind > FreeTwist::Kind::Screw) throw std::runtime_error("there is no such kind of motion");
+    const auto expect_one_of = [](const char* what, const auto& value)
+    {
+        if (to_string(value).empty()) throw std::runtime_error(std::string("there is no such ") + what);
+    };
+    expect_one_of("verdict", log.icpResult.verdict);
+    expect_one_of("termination reason", log.icpResult.terminationReason);
+    for (const auto& twist : log.icpResult.unobservable) expect_one_of("kind of motion", twist.kind);
     for (const auto& map : {log.pcGlobal, log.pcLocal})
     {
         (void)map->coordinate_offset();  // throws if it is not three numbers
         (void)map->contents_summary(), (void)map->bounding_box();
     }
-}
-
-void check_head(const std::string& file_name, const ArchiveHead& head)
-{
-    if (head.class_name.empty()) throw DataError(file_name, "", "an ICP log (.icplog)", "no MRPT archive");
-    if (head.class_name != "mp2p_icp::LogRecord")
-        throw DataError(file_name, "", "an ICP log (.icplog)", "an object of the class " + head.class_name);
-    if (head.version < LOG_VERSION)
-        throw DataError(file_name, "is a log of the original mp2p_icp (version " +
-                                       std::to_string(head.version) +
-                                       " of its format), which this program does not read: it has other "
-                                       "contents. Open it with the original's icp-log-viewer, or log the run "
-                                       "again with this library");
-    if (head.version > LOG_VERSION)
-        throw DataError(file_name, "", "version " + std::to_string(LOG_VERSION) + " of the ICP log",
-                        "version " + std::to_string(head.version) + ", of a newer mp2p_icp");
 }
 }  // namespace
 
@@ -58,7 +44,7 @@ bool LogRecord::save_to_file(const std::string& file_name) const
 LogRecord LogRecord::load_from_file(const std::string& file_name)
 {
     const std::string bytes = read_archive_file(file_name);
-    check_head(file_name, archive_head(bytes));
+    check_log_head(file_name, archive_head(bytes));
     const auto check_object = [](mrpt::serialization::CSerializable& object)
     { check(dynamic_cast<LogRecord&>(object)); };
     const auto object = read_archive_object(file_name, bytes, check_object);

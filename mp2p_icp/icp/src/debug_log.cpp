@@ -110,7 +110,9 @@ void DebugLog::add_iteration(uint32_t iteration, const mrpt::poses::CPose3D& bef
     const PoseStep step = step_between(before, pose);
     r.step_trans = step.metres, r.step_rot = step.radians;
     r.gate = gate.value_or(std::numeric_limits<double>::infinity());
-    r.pairings = pairings.size(), r.potential_pairings = pairings.potential_pairings;
+    r.pairings = {pairings.paired_pt2pt.size(), pairings.paired_pt2ln.size(), pairings.paired_pt2pl.size(),
+                  pairings.paired_ln2ln.size(), pairings.paired_pl2pl.size()};
+    r.potential_pairings = pairings.potential_pairings;
     const auto cost = pairing_cost(pairings, pose);
     r.cost = cost.weighted, r.residual_rms = cost.residual_rms;
     record_->iterations.push_back(r);

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <vector>
 
 /** \file diagnosis_search.cpp
@@ -12,6 +13,7 @@
  *  - FITS: the share of the local points that fit (see MapFit) when both show the same place. Nearly all do
  * if the local map lies within the global one, but sensors a few metres apart see up to a third of their
  * points without the other's. Wrong places reach a half, by what all places have in common.
+ * Maps that share less are judged by what they share (MapFit::fits_where_maps_overlap()).
  *  - OTHER_PLACE: that half, and twice the standard error of a share of 400 points.
  *  - BETTER: by how much an alternative must fit better than what the run found to be blamed for it. A share
  * of 400 points has a standard error of up to 0.025; the difference of two, 0.035; four times that.
@@ -60,14 +62,17 @@ std::vector<CPose3D> frame_turns()
 class Search
 {
  public:
-    Search(const MapFit& maps, const RunEnds& run, Diagnosis& out) : maps_(maps), run_(run), out_(out) {}
+    Search(const MapFit& maps, const RunEnds& run, Diagnosis& out)
+        : maps_(maps), run_(run), out_(out), found_fits_in_part_(maps.fits_where_maps_overlap(run.found))
+    {
+    }
 
     Cause cause()
     {
         if (gross_scale()) return Cause::WrongScale;
         if (run_.ran_out && was_on_its_way()) return Cause::TooFewIterations;
         if (accept(maps_.fit_from(run_.found, maps_.nearby()))) return why_not_there();
-        if (run_.trusted && out_.overlap >= FITS) return Cause::AllIsWell;
+        if (run_.trusted && (out_.overlap >= FITS || found_fits_in_part_)) return Cause::AllIsWell;
         if (wider_gate()) return why_not_there();
         if (scale()) return Cause::WrongScale;
         if (inverted()) return Cause::InvertedGuess;
@@ -80,9 +85,16 @@ class Search
  private:
     bool accept(const Fit& fit)
     {
-        if (fit.share < FITS || fit.share < out_.overlap + BETTER) return false;
+        const bool fits = fit.share >= FITS && fit.share >= out_.overlap + BETTER;
+        if (!fits && !fits_in_part(fit)) return false;
         out_.better_pose = fit.pose, out_.better_scale = fit.scale, out_.better_overlap = fit.share;
         return true;
+    }
+
+    bool fits_in_part(const Fit& fit) const
+    {
+        return !found_fits_in_part_ && fit.scale == 1 && fit.share >= out_.overlap &&
+               maps_.fits_where_maps_overlap(fit.pose);
     }
 
     /// To where the maps fit, that is.
@@ -148,18 +160,22 @@ class Search
     {
         constexpr double no_doubt = 0.9;
         Fit best;
+        std::optional<Fit> in_part;
         for (const auto& t : turns)
             for (const CPose3D& start : {run_.guess + t, maps_.means_together(run_.guess + t)})
             {
                 if (best.share >= no_doubt) return accept(best);
-                if (const Fit fit = maps_.fit_from(start, widest_gate()); fit.share > best.share) best = fit;
+                const Fit fit = maps_.fit_from(start, widest_gate());
+                if (fit.share > best.share) best = fit;
+                if ((!in_part || fit.share > in_part->share) && fits_in_part(fit)) in_part = fit;
             }
-        return accept(best);
+        return accept(best) || (in_part && accept(*in_part));
     }
 
     const MapFit& maps_;
     const RunEnds& run_;
     Diagnosis& out_;
+    const bool found_fits_in_part_;
 };
 }  // namespace
 

@@ -35,15 +35,17 @@ void get(CArchive& in, mrpt::math::CMatrixDouble66& m)
 void put(CArchive& out, const IterationRecord& i)
 {
     out.WriteAs<uint32_t>(i.iteration);
-    out << i.pose << i.step_trans << i.step_rot << i.gate << i.pairings << i.potential_pairings << i.cost
-        << i.residual_rms;
+    out << i.pose << i.step_trans << i.step_rot << i.gate;
+    for (const uint64_t count : i.pairings) out << count;
+    out << i.potential_pairings << i.cost << i.residual_rms;
     out.WriteAs<int32_t>(i.rank);
 }
 void get(CArchive& in, IterationRecord& i)
 {
     i.iteration = in.ReadAs<uint32_t>();
-    in >> i.pose >> i.step_trans >> i.step_rot >> i.gate >> i.pairings >> i.potential_pairings >> i.cost >>
-        i.residual_rms;
+    in >> i.pose >> i.step_trans >> i.step_rot >> i.gate;
+    for (uint64_t& count : i.pairings) in >> count;
+    in >> i.potential_pairings >> i.cost >> i.residual_rms;
     i.rank = in.ReadAs<int32_t>();
 }
 
@@ -78,11 +80,12 @@ void put_details(CArchive& out, const LogRecord& log)
     out << log.iterationsDetails.has_value();
     if (!log.iterationsDetails) return;
     out.WriteAs<uint64_t>(log.iterationsDetails->size());
+    CompactPairingsWriter pairings(*log.pcGlobal, *log.pcLocal);
     for (const auto& [iteration, details] : *log.iterationsDetails)
     {
         out.WriteAs<uint64_t>(iteration);
         out << details.optimalPose;
-        write_compact(out, details.pairings, *log.pcGlobal, *log.pcLocal);
+        pairings.write(out, details.pairings);
     }
 }
 
@@ -92,11 +95,12 @@ void get_details(CArchive& in, LogRecord& log)
     log.iterationsDetails.reset();
     if (!in.ReadAs<bool>()) return;
     log.iterationsDetails.emplace();
+    CompactPairingsReader pairings(*log.pcGlobal, *log.pcLocal);
     for (auto left = in.ReadAs<uint64_t>(); left > 0; left--)
     {
         auto& details = (*log.iterationsDetails)[in.ReadAs<uint64_t>()];
         in >> details.optimalPose;
-        details.pairings = read_compact(in, *log.pcGlobal, *log.pcLocal);
+        details.pairings = pairings.read(in);
     }
 }
 }  // namespace
@@ -109,13 +113,13 @@ uint8_t LogRecord::serializeGetVersion() const
 void LogRecord::serializeTo(CArchive& out) const
 {
     if (!pcGlobal || !pcLocal) throw std::invalid_argument("LogRecord: both maps must be there");
+    icpResult.serializeTo(out);
     out << *pcGlobal << *pcLocal << globalWasEdited << localWasEdited;
     out << initialGuessLocalWrtGlobal << prior.has_value();
     if (prior) out << prior->mean, put(out, prior->cov_inv);
     put(out, icpParameters);
     pipeline.serializeTo(out);
     out << dynamicVariables;
-    icpResult.serializeTo(out);
     out.WriteAs<uint64_t>(iterations.size());
     for (const auto& i : iterations) put(out, i);
     put_details(out, *this);
@@ -128,6 +132,7 @@ void LogRecord::serializeFrom(CArchive& in, uint8_t version)
     if (version != LOG_VERSION)
         throw DataError("ICP log", "", "version " + std::to_string(LOG_VERSION),
                         "version " + std::to_string(version));
+    icpResult.serializeFrom(in);
     auto global = std::make_shared<metric_map_t>(), local = std::make_shared<metric_map_t>();
     in >> *global >> *local >> globalWasEdited >> localWasEdited;
     pcGlobal = global, pcLocal = local;
@@ -137,7 +142,6 @@ void LogRecord::serializeFrom(CArchive& in, uint8_t version)
     get(in, icpParameters);
     pipeline.serializeFrom(in);
     in >> dynamicVariables;
-    icpResult.serializeFrom(in);
     iterations.clear();
     for (auto left = in.ReadAs<uint64_t>(); left > 0; left--) get(in, iterations.emplace_back());
     get_details(in, *this);

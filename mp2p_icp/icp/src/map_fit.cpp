@@ -14,6 +14,8 @@
 #include <limits>
 #include <map>
 
+#include "pairings_on_surfaces.h"
+
 namespace mp2p_icp
 {
 using mrpt::math::TPoint3D;
@@ -211,19 +213,22 @@ struct MapFit::Nearest
     std::vector<uint32_t> ids;
 };
 
-MapFit::Nearest MapFit::nearest_of(const CPose3D& pose, double scale) const
+MapFit::Nearest MapFit::nearest_of(const CPose3D& pose, double scale, double within) const
 {
     std::vector<TPoint3Df> moved;
     for (const auto& p : local_) moved.push_back(TPoint3Df(pose.composePoint(TPoint3D(p) * scale)));
     Nearest out = {to_arrays(moved), std::vector<uint32_t>(moved.size())};
-    const std::vector<float> limits(moved.size(), static_cast<float>(nearby() * nearby()));
+    const std::vector<float> limits(moved.size(), static_cast<float>(within * within));
     std::vector<float> squares(moved.size());
     index_->nearest(out.moved, 0, moved.size(), 1, limits.data(), out.ids.data(), squares.data());
     return out;
 }
 
-bool MapFit::fits(const TPoint3Df& p, uint32_t global_id) const
+bool MapFit::fits(const Nearest& nearest, size_t i) const
 {
+    const uint32_t global_id = nearest.ids[i];
+    if (global_id == NO_NEIGHBOR) return false;
+    const TPoint3Df p(nearest.moved.x[i], nearest.moved.y[i], nearest.moved.z[i]);
     constexpr double open_spacings = 0.25, spacings_without_surface = 2;
     const LocalSurface& s = surfaces_->of_point[global_id];
     TPoint3Df q;
@@ -247,49 +252,61 @@ bool MapFit::fits(const TPoint3Df& p, uint32_t global_id) const
 
 double MapFit::share(const CPose3D& pose, double scale) const
 {
-    const auto nearest = nearest_of(pose, scale);
+    const auto nearest = nearest_of(pose, scale, nearby());
     double sum = 0;
     for (size_t i = 0; i < nearest.ids.size(); i++)
-        if (nearest.ids[i] != NO_NEIGHBOR &&
-            fits({nearest.moved.x[i], nearest.moved.y[i], nearest.moved.z[i]}, nearest.ids[i]))
-            sum += weights_[i];
+        if (fits(nearest, i)) sum += weights_[i];
     return sum;
+}
+
+bool MapFit::fits_where_maps_overlap(const CPose3D& pose) const
+{
+    // Farther than this from a wall, another one is not that wall in the wrong place.
+    constexpr double near_spacings = 10, least_overlap = 0.35, least_share = 0.75;
+    const auto nearest = nearest_of(pose, 1, nearby()),
+               around = nearest_of(pose, 1, near_spacings * spacing_);
+    double overlap = 0, fitting = 0;
+    for (size_t i = 0; i < local_.size(); i++)
+    {
+        if (around.ids[i] != NO_NEIGHBOR) overlap += weights_[i];
+        if (fits(nearest, i)) fitting += weights_[i];
+    }
+    return overlap >= least_overlap && fitting >= least_share * overlap &&
+           left_free(pairs_of(nearest), pose).empty();
+}
+
+Pairings MapFit::pairs_of(const Nearest& nearest) const
+{
+    Pairings pairings;
+    for (size_t i = 0; i < nearest.ids.size(); i++)
+    {
+        const uint32_t id = nearest.ids[i];
+        if (id == NO_NEIGHBOR) continue;
+        TPoint3D q;
+        global_points_->getPoint(id, q.x, q.y, q.z);
+        pairings.paired_pt2pt.push_back(
+            mrpt::tfest::TMatchingPair_d(id, static_cast<uint32_t>(i), q, TPoint3D(local_[i])));
+    }
+    return pairings;
+}
+
+std::vector<FreeTwist> MapFit::left_free(const Pairings& pairings, const CPose3D& pose) const
+{
+    const auto on = pairings_on_surfaces(pairings, global_, {LAYER}, pose);
+    ObservabilityParameters parameters;
+    parameters.feigned = &on.feigned;
+    return observability(on.pairings, pose, parameters).free;
 }
 
 std::vector<FreeTwist> MapFit::free_motions(const CPose3D& pose) const
 {
-    constexpr double least_information = 1e-3, times_noise = 4;
-    const auto nearest = nearest_of(pose, 1);
-    Pairings on_planes;
-    double tilt_variance = 0;
-    for (size_t i = 0; i < nearest.ids.size(); i++)
-    {
-        if (nearest.ids[i] == NO_NEIGHBOR) continue;
-        const LocalSurface& s = surfaces_->of_point[nearest.ids[i]];
-        if (s.shape(SHAPES) != SurfaceShape::Planar) continue;
-        TPoint3D q;
-        global_points_->getPoint(nearest.ids[i], q.x, q.y, q.z);
-        q += to_mrpt(s.to_mean.cast<double>());
-        const Eigen::Vector3d n = s.normal.cast<double>();
-        on_planes.paired_pt2pl.push_back(
-            {plane_patch_t(mrpt::math::TPlane(q, mrpt::math::TVector3D(n.x(), n.y(), n.z())), q),
-             TPoint3D(local_[i])});
-        // Of a fitted plane: that of its points across, over their spread along it.
-        tilt_variance += static_cast<double>(s.eigenvalues(0)) /
-                         (static_cast<double>(s.count) * static_cast<double>(s.eigenvalues(1)));
-    }
-    const auto count = static_cast<double>(on_planes.size());
-    if (2 * on_planes.size() < local_.size()) return {};
-    std::vector<FreeTwist> free;
-    for (const auto& motion : observability(on_planes, pose).motions)
-        if (motion.information_ratio < std::max(least_information, times_noise * tilt_variance / count))
-            free.push_back(motion);
-    return free;
+    const auto pairings = pairs_of(nearest_of(pose, 1, nearby()));
+    return 2 * pairings.size() < local_.size() ? std::vector<FreeTwist>() : left_free(pairings, pose);
 }
 
 double MapFit::better_scale(const Fit& fit) const
 {
-    const auto nearest = nearest_of(fit.pose, fit.scale);
+    const auto nearest = nearest_of(fit.pose, fit.scale, nearby());
     std::vector<TPoint3Df> from, to;
     for (size_t i = 0; i < nearest.ids.size(); i++)
         if (const uint32_t id = nearest.ids[i]; id != NO_NEIGHBOR)

@@ -52,23 +52,29 @@ class MapFit
 
     /// Of the local points that fit.
     double share(const mrpt::poses::CPose3D& pose, double scale = 1) const;
+    /** Do those local points fit near which the global map has anything: at least three quarters of them,
+     * they being a third of all, and leaving no motion free? Of streets of which only a part is the same, at
+     * the right pose: 23 of 24 that share 60 %, 17 of 24 that share half. Of 120 pairs of different streets,
+     * and of parts that lie apart, from 24 starts each: none (0.7 instead of three quarters: one).
+     */
+    bool fits_where_maps_overlap(const mrpt::poses::CPose3D& pose) const;
     /// ICP from a start, on points with a matching distance that shrinks from `gate` to nearby(), then on
     /// planes.
     Fit fit_from(const mrpt::poses::CPose3D& start, double gate, double scale = 1) const;
     /// The scale that fits the pairs within nearby() best, at the pose and scale of a fit (Umeyama, 1991).
     double better_scale(const Fit& fit) const;
-    /** The motions that the planes around the global points, where the local points lie on them, do not tell:
-     * those of which they know less than a thousandth of the best known motion, or no more than noise in the
-     * directions of the planes alone would seem to tell. Empty also if few points lie on planes.
-     */
+    /// The motions that the surfaces on which the local points lie leave free, judged as for a verdict. Empty
+    /// also if few of them lie on anything.
     std::vector<FreeTwist> free_motions(const mrpt::poses::CPose3D& pose) const;
     /// The rms distance that the local points move between two poses, m.
     double displacement(const mrpt::poses::CPose3D& a, const mrpt::poses::CPose3D& b) const;
 
  private:
     struct Nearest;
-    bool fits(const mrpt::math::TPoint3Df& point, uint32_t global_id) const;
-    Nearest nearest_of(const mrpt::poses::CPose3D& pose, double scale) const;
+    Nearest nearest_of(const mrpt::poses::CPose3D& pose, double scale, double within) const;
+    bool fits(const Nearest& nearest, size_t i) const;
+    Pairings pairs_of(const Nearest& nearest) const;
+    std::vector<FreeTwist> left_free(const Pairings& pairings, const mrpt::poses::CPose3D& pose) const;
 
     metric_map_t global_;
     std::vector<mrpt::math::TPoint3Df> local_;  ///< finite ones, a subset

@@ -42,28 +42,44 @@ Sums sums_of(const List& list, const WeightRuns& runs, const Square& square)
 
 PairingCost pairing_cost(const Pairings& p, const mrpt::poses::CPose3D& pose)
 {
-    const auto square = [](const auto& residual) { return residual.asEigen().squaredNorm(); };
+    // Of points and planes, which may be many, without the general form.
     const Eigen::Matrix3d R = rotation_of(pose);
     const Eigen::Vector3d t = translation_of(pose);
-    Sums sums = sums_of(p.paired_pt2pt, p.point_weights,
-                        [&](const auto& pair)
-                        {
-                            const mrpt::math::TPoint3D local = pair.local, global = pair.global;
-                            return (R * to_eigen(local) + t - to_eigen(global)).squaredNorm();
-                        });
-    sums += sums_of(p.paired_pt2ln, p.pt2ln_weights,
-                    [&](const auto& pair) { return square(error_point2line(pair, pose)); });
-    sums += sums_of(p.paired_pt2pl, p.pt2pl_weights,
-                    [&](const auto& pair) { return square(error_point2plane(pair, pose)); });
+    const auto from = [&](const mrpt::math::TPoint3D& global, const mrpt::math::TPoint3D& local)
+    { return Eigen::Vector3d(R * to_eigen(local) + t - to_eigen(global)); };
+    const auto to_plane = [&](const plane_patch_t& global, const mrpt::math::TPoint3D& local)
+    {
+        const Eigen::Vector3d n(global.plane.coefs[0], global.plane.coefs[1], global.plane.coefs[2]);
+        const double along = n.dot(from(global.centroid, local));
+        return along * along / n.squaredNorm();
+    };
+    const auto square = [](const auto& residual) { return residual.asEigen().squaredNorm(); };
+    const auto to_line = [&](const mrpt::math::TLine3D& global, const mrpt::math::TPoint3D& local) {
+        return square(error_point2line({global, local}, pose));
+    };
+
+    Sums all = sums_of(
+        p.paired_pt2pt, p.point_weights,
+        [&](const auto& pair)
+        { return from(mrpt::math::TPoint3D(pair.global), mrpt::math::TPoint3D(pair.local)).squaredNorm(); });
+    all += sums_of(p.paired_pt2ln, p.pt2ln_weights,
+                   [&](const auto& pair) { return to_line(pair.ln_global, pair.pt_local); });
+    all += sums_of(p.paired_pt2pl, p.pt2pl_weights,
+                   [&](const auto& pair) { return to_plane(pair.pl_global, pair.pt_local); });
+    all += sums_of(p.paired_ln2ln, p.ln2ln_weights,
+                   [&](const auto& pair) { return to_line(pair.ln_global, pair.ln_local.pBase); });
+    all += sums_of(p.paired_pl2pl, p.pl2pl_weights,
+                   [&](const auto& pair) { return to_plane(pair.p_global, pair.p_local.centroid); });
+    // Of lines, the first two rows are those of the direction.
+    Sums directions = sums_of(p.paired_ln2ln, p.ln2ln_weights,
+                              [&](const auto& pair)
+                              { return error_line2line(pair, pose).asEigen().head(2).squaredNorm(); });
+    directions += sums_of(p.paired_pl2pl, p.pl2pl_weights,
+                          [&](const auto& pair) { return square(error_plane2plane(pair, pose)); });
+
     PairingCost out;
-    out.residual_rms = sums.count > 0 ? std::sqrt(sums.squares / sums.count) : 0;
-    out.weighted = sums.weighted +
-                   sums_of(p.paired_ln2ln, p.ln2ln_weights,
-                           [&](const auto& pair) { return square(error_line2line(pair, pose)); })
-                       .weighted +
-                   sums_of(p.paired_pl2pl, p.pl2pl_weights,
-                           [&](const auto& pair) { return square(error_plane2plane(pair, pose)); })
-                       .weighted;
+    out.residual_rms = all.count > 0 ? std::sqrt(all.squares / all.count) : 0;
+    out.weighted = all.weighted + directions.weighted;
     return out;
 }
 

@@ -342,9 +342,16 @@ void set_matrices(const CPose3D& pose, const Spread& s, const Matrix6& H, const 
 
 std::string to_string(FreeTwist::Kind kind)
 {
-    return kind == FreeTwist::Kind::Translation ? "translation"
-           : kind == FreeTwist::Kind::Rotation  ? "rotation"
-                                                : "screw";
+    switch (kind)
+    {
+        case FreeTwist::Kind::Translation:
+            return "translation";
+        case FreeTwist::Kind::Rotation:
+            return "rotation";
+        case FreeTwist::Kind::Screw:
+            return "screw";
+    }
+    return "";
 }
 
 namespace

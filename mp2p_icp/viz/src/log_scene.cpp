@@ -2,6 +2,7 @@
 #include <mp2p_icp/log_scene.h>
 #include <mp2p_icp/se3.h>
 
+#include <algorithm>
 #include <stdexcept>
 
 #include "decorations.h"
@@ -63,8 +64,7 @@ size_t count_points(const CSetOfObjects& objects)
 {
     size_t count = 0;
     for (const auto& object : objects)
-        if (const auto* cloud = dynamic_cast<const UploadedCloud*>(object.get()); cloud)
-            count += cloud->size();
+        if (const auto* cloud = dynamic_cast<const CloudObject*>(object.get()); cloud) count += cloud->size();
     return count;
 }
 }  // namespace
@@ -208,6 +208,11 @@ double LogScene::unit() const
     return frames_->original.unit;
 }
 
+TPoint3D LogScene::local_middle() const
+{
+    return log_ ? pose_.composePoint(frames_->local_middle()) : frames_->original.origin;
+}
+
 TPoint3D LogScene::in_scene(const TPoint3D& original) const
 {
     return frames_->original.in_scene(original);
@@ -226,6 +231,11 @@ mrpt::opengl::COpenGLScene::Ptr LogScene::scene_for(const OrthoView& view, int w
     root_->setScale(static_cast<float>(scale));
     bring_forward(view.towards_eye() * (PRIORITY_SHIFT / scale));
     auto scene = scene_of_view(view, width_px, height_px);
+    // The eye is as far before the focus as things are shown behind it.
+    const auto from_eye = [&](double behind)
+    { return static_cast<float>((view.depth + std::clamp(behind, -view.depth, view.depth)) / view.height); };
+    scene->getViewport()->setViewportClipDistances(from_eye(-options_.clip.before),
+                                                   from_eye(options_.clip.behind));
     scene->insert(root_);
     return scene;
 }

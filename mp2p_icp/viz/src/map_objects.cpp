@@ -84,8 +84,8 @@ void append_extent(PointSet& out, const mrpt::maps::CMetricMap& layer, const TPo
     for (const auto& corner : {box.min, box.max}) append_if_finite(out, corner + shift);
 }
 
-std::shared_ptr<UploadedCloud> cloud_object(const mrpt::maps::CPointsMap& layer, const SceneFrame& frame,
-                                            const std::shared_ptr<size_t>& uploads)
+std::shared_ptr<CloudObject> cloud_object(const mrpt::maps::CPointsMap& layer, const SceneFrame& frame,
+                                          const std::shared_ptr<size_t>& uploads)
 {
     const auto &xs = layer.getPointsBufferRef_x(), &ys = layer.getPointsBufferRef_y(),
                &zs = layer.getPointsBufferRef_z();
@@ -97,9 +97,7 @@ std::shared_ptr<UploadedCloud> cloud_object(const mrpt::maps::CPointsMap& layer,
         if (p.norm() < FARTHEST_DRAWN) vertices.push_back(p.cast<float>());
     }
     if (vertices.empty()) return nullptr;
-    auto cloud = std::make_shared<UploadedCloud>(uploads);
-    cloud->loadFromPointsList(vertices);
-    return cloud;
+    return std::make_shared<CloudObject>(vertices, frame.unit, uploads);
 }
 
 CSetOfObjects::Ptr in_metres(const SceneFrame& frame)
@@ -223,8 +221,8 @@ void style_map_objects(CSetOfObjects& objects, const MapStyle& style)
         object->setVisibility(style.hidden.count(name) == 0);
         const auto own = style.part_colors.find(name);
         const auto color = own == style.part_colors.end() ? style.color : own->second;
-        if (auto* cloud = dynamic_cast<UploadedCloud*>(object.get()); cloud)
-            cloud->style(color, style.by_height), cloud->setPointSize(style.point_size_px);
+        if (auto* cloud = dynamic_cast<CloudObject*>(object.get()); cloud)
+            cloud->style(color, style);
         else if ((name == PLANES || name == LINES) && object->getColor_u8() != color)
             object->setColor_u8(color);
     }

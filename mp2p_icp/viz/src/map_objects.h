@@ -2,8 +2,8 @@
 
 #include <mp2p_icp/log_scene.h>
 
+#include "cloud_object.h"
 #include "scene_frame.h"
-#include "uploaded_cloud.h"
 
 namespace mp2p_icp
 {

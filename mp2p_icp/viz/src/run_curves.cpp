@@ -47,28 +47,6 @@ std::vector<double> distances(const List& pairs, const CPose3D& pose)
     return all;
 }
 
-/// rms_residual and cost.
-void put_fit(RunCurvePoint& out, const Pairings& pairings, const CPose3D& pose)
-{
-    const auto all = residual_distances(pairings, pose);
-    const PerPairingKind<const WeightRuns*> runs = {&pairings.point_weights, &pairings.pt2ln_weights,
-                                                    &pairings.pt2pl_weights, &pairings.ln2ln_weights,
-                                                    &pairings.pl2pl_weights};
-    double count = 0, squares = 0, weighted = 0;
-    for (size_t kind = 0; kind < PAIRING_KIND_COUNT; kind++)
-    {
-        const auto w = expanded_weights(*runs[kind], all[kind].size());
-        for (size_t i = 0; i < all[kind].size(); i++)
-        {
-            const double square = all[kind][i] * all[kind][i];
-            if (!std::isfinite(square) || !std::isfinite(w[i])) continue;
-            count += 1, squares += square, weighted += w[i] * square;
-        }
-    }
-    out.rms_residual = std::sqrt(squares / count);  // NaN without any
-    out.cost = count > 0 ? weighted : out.rms_residual;
-}
-
 /// See ResidualHistogram::upper.
 double upper_bound_of(const PerPairingKind<std::vector<double>>& all)
 {
@@ -116,22 +94,19 @@ PerPairingKind<std::vector<double>> residual_distances(const Pairings& p, const 
 
 RunCurves run_curves(const LogRecord& log)
 {
-    if (!log.iterationsDetails) return {};
     // Steps are told in stored coordinates, as the run measured them: original ones may be so far away that
     // the least rotation moves their origin by metres.
     const StoredRun run(log);
-    CPose3D before = run.guess;
     RunCurves curves;
-    for (const auto& [iteration, details] : *log.iterationsDetails)
+    for (const auto& r : log.iterations)
     {
         RunCurvePoint point;
-        point.iteration = iteration;
-        point.step = step_between(before, details.optimalPose);
-        point.to_final = step_between(details.optimalPose, run.end);
-        point.pairings = pairing_counts(details.pairings);
-        put_fit(point, details.pairings, details.optimalPose);
+        point.iteration = r.iteration;
+        point.step = {r.step_trans, r.step_rot};
+        point.to_final = step_between(r.pose, run.end);
+        std::copy(r.pairings.begin(), r.pairings.end(), point.pairings.begin());
+        point.rms_residual = r.residual_rms, point.cost = r.cost;
         curves.push_back(point);
-        before = details.optimalPose;
     }
     return curves;
 }

@@ -16,13 +16,15 @@ class UploadedCloud : public mrpt::opengl::CPointCloud
         enableVariablePointSize(false);
     }
 
+    /// Of the highest, and of the lowest points.
+    static uint8_t lighter(uint8_t c) { return static_cast<uint8_t>(255 - (255 - c) / 4); }
+    static uint8_t darker(uint8_t c) { return static_cast<uint8_t>(c / 3); }
+
     void style(const mrpt::img::TColor& color, bool by_height)
     {
         if (color == styled_color_ && by_height == by_height_) return;
         styled_color_ = color, by_height_ = by_height;
         setColor_u8(color);
-        const auto lighter = [](uint8_t c) { return static_cast<uint8_t>(255 - (255 - c) / 4); };
-        const auto darker = [](uint8_t c) { return static_cast<uint8_t>(c / 3); };
         setGradientColors(
             mrpt::img::TColorf(mrpt::img::TColor(darker(color.R), darker(color.G), darker(color.B))),
             mrpt::img::TColorf(mrpt::img::TColor(lighter(color.R), lighter(color.G), lighter(color.B))));

@@ -30,6 +30,7 @@ enum class Verdict : uint8_t
     failed              ///< ended before it converged, see the termination reason. The guess is returned
 };
 
+/// The name; empty for a number that is none of them.
 std::string to_string(IterTermReason reason);
 std::string to_string(Verdict verdict);
 

@@ -8,6 +8,7 @@
 #include <mrpt/poses/CPose3DPDFGaussianInf.h>
 #include <mrpt/serialization/CSerializable.h>
 
+#include <array>
 #include <map>
 #include <optional>
 #include <string>
@@ -28,10 +29,11 @@ RunEnvironment this_environment();
 struct IterationRecord
 {
     uint32_t iteration = 0;
-    mrpt::poses::CPose3D pose;            ///< that was found, in stored coordinates
-    double step_trans = 0, step_rot = 0;  ///< from the pose before, m and rad
-    double gate = 0;                      ///< largest matching distance, m; infinite: there is none
-    uint64_t pairings = 0, potential_pairings = 0;
+    mrpt::poses::CPose3D pose;              ///< that was found, in stored coordinates
+    double step_trans = 0, step_rot = 0;    ///< from the pose before, m and rad
+    double gate = 0;                        ///< largest matching distance, m; infinite: there is none
+    std::array<uint64_t, 5> pairings = {};  ///< pt2pt, pt2ln, pt2pl, ln2ln, pl2pl
+    uint64_t potential_pairings = 0;
     double cost = 0;          ///< sum of weighted squared residuals of the pairings at the pose found, m^2
     double residual_rms = 0;  ///< of their distances, m
     int rank = 0;             ///< how many of the 6 degrees of freedom they determine
@@ -83,5 +85,17 @@ class LogRecord : public mrpt::serialization::CSerializable
      */
     static LogRecord load_from_file(const std::string& file_name);
 };
+
+/// What a list of logs tells of one.
+struct LogHeadline
+{
+    Verdict verdict = Verdict::failed;
+    double quality = 0;
+};
+
+/** From the first bytes of a log, in well below a millisecond, whatever its size; so the rest of it may be
+ * damaged. \exception DataError as LogRecord::load_from_file() for what these bytes tell. Thread-safe.
+ */
+LogHeadline read_log_headline(const std::string& file_name);
 
 }  // namespace mp2p_icp

@@ -30,7 +30,7 @@ struct FreeTwist
     std::string name;  ///< `x y z` (translation) or `roll pitch yaw` (rotation) when within 5 degrees of that
                        ///< axis; else empty
 };
-/// `translation`, `rotation` or `screw`.
+/// `translation`, `rotation` or `screw`; empty for a number that is none of them.
 std::string to_string(FreeTwist::Kind kind);
 
 }  // namespace mp2p_icp

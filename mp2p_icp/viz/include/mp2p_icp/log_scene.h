@@ -5,6 +5,7 @@
 #include <mrpt/img/TColor.h>
 #include <mrpt/opengl/COpenGLScene.h>
 
+#include <limits>
 #include <map>
 #include <memory>
 #include <set>
@@ -26,6 +27,14 @@ struct MapStyle
     std::set<std::string> hidden;                          ///< parts that are not drawn
     float point_size_px = 2;
     bool by_height = false;  ///< points get lighter with their z in the map's own frame
+    double voxel_size = 0;   ///< m; above 0, points are drawn as the cubes of that size that hold any
+};
+
+/// Only what is so near to the plane through the middle of the view, across the line of sight, is drawn, m.
+/// Negative distances lie on its other side.
+struct DepthClip
+{
+    double before = std::numeric_limits<double>::infinity(), behind = before;
 };
 
 /// Which of the five kinds of pairings are drawn.
@@ -56,6 +65,7 @@ struct LogSceneOptions
     /// LogScene::residual_scale().
     bool color_by_residual = false;
 
+    DepthClip clip;            ///< of pictures; a window has to ask for it
     bool frames = false;       ///< axes (x red, y green, z blue) of both maps
     bool covariance = false;   ///< of the final translation; enlarged, see LogScene::covariance_scale()
     bool free_motions = true;  ///< arrows along translations, rings around rotations that nothing determines
@@ -101,6 +111,9 @@ class LogScene
     /// A metre of the world is 1/unit() of the scene; the unit is about the size of the data.
     double unit() const;
     mrpt::math::TPoint3D in_scene(const mrpt::math::TPoint3D& original) const;
+    /// Of the local map where it is shown, original coordinates; of a map alone, its own. What a camera that
+    /// follows looks at.
+    mrpt::math::TPoint3D local_middle() const;
 
     /// The view that shows both maps, the local one at the guess and at the final pose; world = the original
     /// coordinates of the global map. As fit_view().

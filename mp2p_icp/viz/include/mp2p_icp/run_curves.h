@@ -24,23 +24,21 @@ PerPairingKind<size_t> pairing_counts(const Pairings& pairings);
 PerPairingKind<std::vector<double>> residual_distances(const Pairings& pairings,
                                                        const mrpt::poses::CPose3D& localWrtGlobal);
 
-/// What one logged iteration did. Numbers are NaN where there is nothing finite to compute them from.
+/// What one iteration did. Numbers are not finite where those of the log are not.
 struct RunCurvePoint
 {
     size_t iteration = 0;
-    PoseStep step;      ///< since the logged iteration before it; of the first one since the guess
+    PoseStep step;      ///< since the iteration before it; of the first one since the guess
     PoseStep to_final;  ///< to the pose at which the iterations ended, also if the verdict rejects it
     PerPairingKind<size_t> pairings = {};
-    double rms_residual = 0;  ///< of the distances of its pairings, at the pose that they led to, m
-    double cost = 0;          ///< sum of their squares, each times the weight of its pairing, m^2
+    double rms_residual = 0;  ///< IterationRecord::residual_rms, m
+    double cost = 0;          ///< IterationRecord::cost, m^2
 };
 
-/// One point for each logged iteration, in order.
+/// One point for each iteration, in order.
 using RunCurves = std::vector<RunCurvePoint>;
 
-/** The course of a run; empty if no iterations were logged. Pairings that are not finite count in `pairings`,
- * and are left out of what is computed. Thread-safe; O(number of logged pairings).
- */
+/// The course of a run, also of iterations without details. Thread-safe; O(number of iterations).
 RunCurves run_curves(const LogRecord& log);
 
 /// Which distances are how frequent.
