@@ -1,7 +1,9 @@
 // Consecutive scans of a 2-D laser, aligned in three ways: points, point to line, and walls alone. Where
 // different pieces of a scan give the same pose, it can be believed, though nobody knows the truth.
 //   bench-scans_2d FILE.rawlog [--least-motion M] [--stride N] [--aperture-deg A] [--odometry] [--list]
+//   [--apart N] [--pipelines A B C]
 // --least-motion: leaves out scans nearer than so many metres and 5 degrees to the one before, by odometry.
+// --apart: pairs each scan not with the next one, but with the Nth: of another place, if N is large.
 // --odometry: starts from the odometry, not from the identity. --aperture-deg: of the scans, in place of what
 // the rawlog says.
 #include <mrpt/core/bits_math.h>
@@ -11,6 +13,7 @@
 #include <chrono>
 #include <iostream>
 
+#include "common/Aligner.h"
 #include "common/overlap.h"
 #include "laser_rawlog.h"
 
@@ -19,8 +22,6 @@ namespace
 using namespace mp2p_icp;
 using namespace mp2p_icp_test;
 using mrpt::poses::CPose3D;
-
-constexpr std::array<const char*, 3> NAMES = {"icp-2d-laser", "icp-2d-point-to-line", "icp-2d-walls"};
 
 struct Pair
 {
@@ -55,12 +56,15 @@ int main(int argc, char** argv)
 {
     std::string path;
     double least_motion = 0, aperture_deg = 0;
-    size_t stride = 1;
+    size_t stride = 1, apart = 1;
     bool list = false, odometry = false;
+    std::vector<std::string> names = {"icp-2d-laser", "icp-2d-point-to-line", "icp-2d-walls"};
     CLI::App app("Points, point to line and walls on consecutive 2-D scans");
     app.add_option("rawlog", path)->required();
     app.add_option("--least-motion", least_motion);
+    app.add_option("--pipelines", names, "for points, point to line, and walls")->expected(3);
     app.add_option("--stride", stride);
+    app.add_option("--apart", apart);
     app.add_option("--aperture-deg", aperture_deg);
     app.add_flag("--list", list);
     app.add_flag("--odometry", odometry);
@@ -75,21 +79,20 @@ int main(int argc, char** argv)
         if (aperture_deg > 0) s.scan->aperture = static_cast<float>(mrpt::DEG2RAD(aperture_deg));
     }
     std::vector<Pipeline> pipelines;
-    for (const auto* name : NAMES)
-        pipelines.push_back(pipeline_from_yaml(yaml_from_text(shipped_pipeline(name))));
+    for (const auto& name : names) pipelines.push_back(mp2p_icp_bench::Aligner(name).pipeline());
 
     std::vector<Pair> pairs;
     std::array<double, 3> seconds{};
     std::array<size_t, 3> iterations{};
-    for (size_t k = 0; k + 1 < scans.size(); k += stride)
+    for (size_t k = 0; k + apart < scans.size(); k += stride)
     {
         Pair pair;
-        pair.odometry = scans[k + 1].odometry - scans[k].odometry;
-        for (size_t m = 0; m < NAMES.size(); m++)
+        pair.odometry = scans[k + apart].odometry - scans[k].odometry;
+        for (size_t m = 0; m < names.size(); m++)
         {
             const auto start = std::chrono::steady_clock::now();
             const auto global = map_of_scan(pipelines[m], *scans[k].scan),
-                       local = map_of_scan(pipelines[m], *scans[k + 1].scan);
+                       local = map_of_scan(pipelines[m], *scans[k + apart].scan);
             const CPose3D guess = odometry ? pair.odometry : CPose3D();
             pipelines[m].icp->align(local, global, guess.asTPose(), pipelines[m].parameters, pair.results[m],
                                     planar_prior(guess));
@@ -112,9 +115,11 @@ int main(int argc, char** argv)
     { return static_cast<size_t>(std::count_if(pairs.begin(), pairs.end(), is)); };
     const auto enough = [](const Pair& p) { return p.overlap >= 0.6; };
     std::cout << pairs.size() << " pairs; of the " << count(enough) << " with an overlap of 60 %:\n";
-    for (size_t m = 0; m < NAMES.size(); m++)
+    for (size_t m = 0; m < names.size(); m++)
     {
-        print_share(std::string(NAMES[m]) + " determines x, y, yaw",
+        print_share(names[m] + " calls aligned, of all",
+                    count([&](const Pair& p) { return p.results[m].trusted(); }), pairs.size());
+        print_share(names[m] + " determines x, y, yaw",
                     count([&](const Pair& p) { return enough(p) && determines_plane(p.results[m]); }),
                     count(enough));
         std::cout << "    " << 1e3 * seconds[m] / static_cast<double>(pairs.size()) << " ms and "
