@@ -5,7 +5,7 @@ set -euo pipefail
 
 packages=(build-essential cmake ninja-build pkg-config ccache
   libmrpt-dev mrpt-common libeigen3-dev libnanoflann-dev libtbb-dev libcli11-dev libgtest-dev libbenchmark-dev
-  zlib1g-dev liblzf-dev libfyaml-dev libegl1 libgl1-mesa-dri glmark2-data python3-matplotlib)
+  zlib1g-dev libdeflate-dev liblzf-dev libfyaml-dev libegl1 libgl1-mesa-dri glmark2-data python3-matplotlib)
 [ "${1:-}" = ci ] && packages+=(clang-format git xvfb xdotool chromium-headless-shell)
 
 missing=()
