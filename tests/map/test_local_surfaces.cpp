@@ -364,13 +364,14 @@ TEST(local_surfaces, have_the_same_bits_on_any_number_of_threads_and_by_either_i
     LocalSurfaces::ConstPtr one;
     with_threads(1, [&]() { one = compute_local_surfaces(*cloud, tree.get(), options); });
     for (const int threads : {2, 8})
-        with_threads(
-            threads,
-            [&]()
-            {
-                expect_same_bits(compute_local_surfaces(*cloud, tree.get(), options)->of_point, one->of_point);
-                expect_same_bits(compute_local_surfaces(*cloud, grid.get(), options)->of_point, one->of_point);
-            });
+        with_threads(threads,
+                     [&]()
+                     {
+                         expect_same_bits(compute_local_surfaces(*cloud, tree.get(), options)->of_point,
+                                          one->of_point);
+                         expect_same_bits(compute_local_surfaces(*cloud, grid.get(), options)->of_point,
+                                          one->of_point);
+                     });
 }
 
 TEST(local_surfaces, do_not_depend_on_where_on_the_lattice_of_floats_the_cloud_lies)

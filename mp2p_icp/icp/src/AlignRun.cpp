@@ -348,13 +348,12 @@ std::string names_of(const std::vector<FreeTwist>& motions)
     return all;
 }
 
-std::string still_moving(const PoseStep& step)
+std::string still_moving(const PoseStep& step, const std::string& when)
 {
     char text[120];
-    std::snprintf(text, sizeof(text),
-                  "still moving by %.3g m and %.3g deg per iteration after maxIterations; allow more",
-                  step.metres, mrpt::RAD2DEG(step.radians));
-    return text;
+    std::snprintf(text, sizeof(text), "still moving by %.3g m and %.3g deg per iteration ", step.metres,
+                  mrpt::RAD2DEG(step.radians));
+    return text + when;
 }
 }  // namespace
 
@@ -375,7 +374,8 @@ std::optional<std::string> AlignRun::settle(const std::vector<FreeTwist>& free)
         if (step.metres < parameters_.minAbsStep_trans && step.radians < parameters_.minAbsStep_rot) break;
     }
     at_end_ = match(pose_, last_iteration_);
-    return is_large(step) ? std::optional(still_moving(step)) : std::nullopt;
+    if (!is_large(step)) return {};
+    return still_moving(step, "with " + names_of(free) + " as in the guess");
 }
 
 bool AlignRun::is_large(const PoseStep& step) const
@@ -411,7 +411,7 @@ void AlignRun::observe(Results& out)
     if (!seen.free.empty())
         unrest = settle(seen.free);
     else if (reason_ == IterTermReason::MaxIterations && before_ && is_large(step_between(*before_, pose_)))
-        unrest = still_moving(step_between(*before_, pose_));
+        unrest = still_moving(step_between(*before_, pose_), "after maxIterations; allow more");
     if (unrest) return reject(out, Verdict::failed, *unrest);
     out.unobservable = seen.free;
     for (auto& twist : out.unobservable)

@@ -112,28 +112,27 @@ struct Normal
 Normal normal_matrix(const PreparedPairings& in, const CPose3D& pose, const Spread& s, double direction_L)
 {
     const Motion motion(pose);
-    return block_sum<Normal>(
-        in.size(),
-        [&](size_t from, size_t to)
-        {
-            Normal n;
-            Eigen::Matrix<double, 3, 6> J;
-            for (size_t i = from; i < to; i++)
-            {
-                const Seen x = seen(in, i, motion, direction_L);
-                if (x.w > 0)
-                {
-                    J << Matrix3d::Identity(), -skew(x.p - s.mean) / s.L;
-                    n.add(x.w, x.position, J, x.p - x.position.q);
-                    n.add_position(x);
-                }
-                if (!(x.direction_w > 0)) continue;
-                const Vector3d rotated = motion.R * x.direction->b;
-                J << Matrix3d::Zero(), -skew(rotated) / s.L;
-                n.add(x.direction_w, *x.direction, J, rotated - x.direction->q);
-            }
-            return n;
-        });
+    return block_sum<Normal>(in.size(),
+                             [&](size_t from, size_t to)
+                             {
+                                 Normal n;
+                                 Eigen::Matrix<double, 3, 6> J;
+                                 for (size_t i = from; i < to; i++)
+                                 {
+                                     const Seen x = seen(in, i, motion, direction_L);
+                                     if (x.w > 0)
+                                     {
+                                         J << Matrix3d::Identity(), -skew(x.p - s.mean) / s.L;
+                                         n.add(x.w, x.position, J, x.p - x.position.q);
+                                         n.add_position(x);
+                                     }
+                                     if (!(x.direction_w > 0)) continue;
+                                     const Vector3d rotated = motion.R * x.direction->b;
+                                     J << Matrix3d::Zero(), -skew(rotated) / s.L;
+                                     n.add(x.direction_w, *x.direction, J, rotated - x.direction->q);
+                                 }
+                                 return n;
+                             });
 }
 
 /// What a motion's information must exceed, relative to the largest, to be more than rounding: of the sums,

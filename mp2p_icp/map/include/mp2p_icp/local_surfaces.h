@@ -72,8 +72,8 @@ struct LocalSurfaces
 
 /** Computes them, on all threads; the same bits on any number of them, and by any index. About a microsecond
  * per point, for 10 neighbours; of voxels, 0.1. metric_map_t::local_surfaces() keeps the result beside the
- * layer. \param index of these points; not used, and may be null, with `voxel` \exception std::invalid_argument for options out of their ranges, or
- * what BlockGrid::rebuild() refuses.
+ * layer. \param index of these points; not used, and may be null, with `voxel` \exception
+ * std::invalid_argument for options out of their ranges, or what BlockGrid::rebuild() refuses.
  */
 LocalSurfaces::ConstPtr compute_local_surfaces(const mrpt::maps::CPointsMap& points,
                                                const NearestNeighborIndex* index,

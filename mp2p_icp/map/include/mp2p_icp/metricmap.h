@@ -91,8 +91,8 @@ class metric_map_t : public mrpt::serialization::CSerializable,
     NearestNeighborIndex::ConstPtr nn_index(const layer_name_t& name, uint32_t leaf_max_points = 0) const;
 
     /** Normals and local covariances of a cloud layer, found by its nn_index(). Made, kept and made again as
-     * that is; of each layer those of the eight latest sets of options are kept. \exception std::invalid_argument as
-     * point_layer(), or for options out of their ranges. Thread-safe.
+     * that is; of each layer those of the eight latest sets of options are kept. \exception
+     * std::invalid_argument as point_layer(), or for options out of their ranges. Thread-safe.
      */
     LocalSurfaces::ConstPtr local_surfaces(const layer_name_t& name, const LocalSurfaceOptions& options,
                                            uint32_t leaf_max_points = 0) const;
