@@ -440,7 +440,8 @@ Observability analyse(const PreparedPairings& in, const CPose3D& pose, const Ana
     Matrix6 feigned = Matrix6::Zero();
     if (options.feigned)
     {
-        PreparedPairings errors(*options.feigned, {});
+        const PairWeights as_they_are;
+        PreparedPairings errors(*options.feigned, as_they_are);
         pairing_sums(errors);  // leaves out what is not finite
         feigned = options.feigned_factor * normal_matrix(errors, pose, s, 1).H;
     }
