@@ -45,10 +45,8 @@ SurfaceScratch& Matcher_Cov2Cov::nearest_points(const layer_name_t& globalLayer,
                                                 const mrpt::poses::CPose3D& localPose, double distance,
                                                 MatchState& state) const
 {
-    const LocalSurfaceOptions options = surfaceVoxelSize > 0
-                                            ? LocalSurfaceOptions::of_voxels(surfaceVoxelSize)
-                                            : LocalSurfaceOptions{knn, searchRadius, 0};
-    SurfaceScratch& s = surface_scratch(*this, globalLayer, localLayer, options, state, true);
+    SurfaceScratch& s = surface_scratch(*this, globalLayer, localLayer,
+                                        neighbourhoods(surfaceVoxelSize, knn, searchRadius), state, true);
     transform_local_to_global(localLayer, localPose, state, s.nearest.local);
     find_nearest(1, distance, s);
     return s;

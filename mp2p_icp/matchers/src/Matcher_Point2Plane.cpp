@@ -55,8 +55,7 @@ std::optional<double> Matcher_Point2Plane::gate(const MatchContext& context) con
 
 LocalSurfaceOptions Matcher_Point2Plane::surface_options() const
 {
-    return surfaceVoxelSize > 0 ? LocalSurfaceOptions::of_voxels(surfaceVoxelSize)
-                                : LocalSurfaceOptions{knn, searchRadius, 0};
+    return neighbourhoods(surfaceVoxelSize, knn, searchRadius);
 }
 
 SurfaceScratch& Matcher_Point2Plane::chosen_planes(const layer_name_t& globalLayer,

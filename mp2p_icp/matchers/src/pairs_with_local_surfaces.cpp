@@ -11,22 +11,6 @@ namespace mp2p_icp
 {
 namespace
 {
-/// A layer's coordinates in double.
-class Coordinates
-{
- public:
-    explicit Coordinates(const mrpt::maps::CPointsMap& layer)
-        : x_(layer.getPointsBufferRef_x().data()),
-          y_(layer.getPointsBufferRef_y().data()),
-          z_(layer.getPointsBufferRef_z().data())
-    {
-    }
-    Eigen::Vector3d operator[](size_t i) const { return {double(x_[i]), double(y_[i]), double(z_[i])}; }
-
- private:
-    const float *x_, *y_, *z_;
-};
-
 /// The normal (of unit length to the rounding of float), towards the sensor where that is known.
 Eigen::Vector3d oriented_normal(const LocalSurface& surface, const Eigen::Vector3d& mean,
                                 const std::optional<Eigen::Vector3d>& sensor)
@@ -59,7 +43,7 @@ class SurfaceTest
         if (!is_wanted(shape)) return SurfaceShape::Unknown;
         const bool planar = shape == SurfaceShape::Planar, must_agree = planar && choice_.agreement;
         const LocalSurface& surface = s_.global->of_point[global_id];
-        const Eigen::Vector3d mean = global_[global_id] + surface.to_mean.cast<double>();
+        const Eigen::Vector3d mean = point_of(global_, global_id) + surface.to_mean.cast<double>();
         const Eigen::Vector3d d = point_of(s_.nearest.local.in_global, k) - mean;
         const double reach = planar ? choice_.max_plane_distance : choice_.max_line_distance;
         if (!(distance_sq(surface, shape, d) < reach * reach)) return SurfaceShape::Other;
@@ -79,13 +63,14 @@ class SurfaceTest
     {
         const NormalAgreement& a = *choice_.agreement;
         const LocalSurface& own = own_surface(k);
-        const Eigen::Vector3d own_mean = local_[s_.nearest.local.ids[k]] + own.to_mean.cast<double>();
+        const Eigen::Vector3d own_mean =
+            point_of(local_, s_.nearest.local.ids[k]) + own.to_mean.cast<double>();
         const double cosine = oriented_normal(surface, mean, a.global_sensor)
                                   .dot(a.rotation * oriented_normal(own, own_mean, a.local_sensor));
         return (a.global_sensor && a.local_sensor ? cosine : std::abs(cosine)) >= a.min_cosine;
     }
 
-    Coordinates global_, local_;
+    PointView global_, local_;
     const SurfaceChoice& choice_;
     const SurfaceScratch& s_;
 };
@@ -108,6 +93,11 @@ void add_weight(WeightRuns& runs, size_t count, double weight)
     if (count > 0) runs.emplace_back(count, weight);
 }
 }  // namespace
+
+LocalSurfaceOptions neighbourhoods(double voxel, uint32_t knn, double radius)
+{
+    return voxel > 0 ? LocalSurfaceOptions::of_voxels(voxel) : LocalSurfaceOptions{knn, radius, 0};
+}
 
 SurfaceScratch& surface_scratch(const Matcher_Points_Base& matcher, const layer_name_t& globalLayer,
                                 const layer_name_t& localLayer, const LocalSurfaceOptions& options,
@@ -193,7 +183,7 @@ void append_surface_pairings(const layer_name_t& globalLayer, const layer_name_t
 
     const auto global_layer = state.pcGlobal.point_layer(globalLayer),
                local_layer = state.pcLocal.point_layer(localLayer);
-    const Coordinates global(*global_layer), local(*local_layer);
+    const PointView global(*global_layer), local(*local_layer);
     parallel_for_blocks(
         s.chosen.size(),
         [&](size_t first, size_t last)
@@ -204,8 +194,8 @@ void append_surface_pairings(const layer_name_t& globalLayer, const layer_name_t
                 const ChosenSurface& c = s.chosen[k];
                 if (!c.found()) continue;
                 const LocalSurface& surface = s.global->of_point[c.global_id];
-                const Eigen::Vector3d mean = global[c.global_id] + surface.to_mean.cast<double>();
-                const auto point = to_mrpt(local[s.nearest.local.ids[k]]);
+                const Eigen::Vector3d mean = point_of(global, c.global_id) + surface.to_mean.cast<double>();
+                const auto point = to_mrpt(point_of(local, s.nearest.local.ids[k]));
                 if (c.shape == SurfaceShape::Planar)
                 {
                     const Eigen::Vector3d n = oriented_normal(surface, mean, sensor).normalized();
@@ -229,14 +219,14 @@ void append_surface_pairings(const layer_name_t& globalLayer, const layer_name_t
 void append_surface_costs(const mrpt::maps::CPointsMap& global, double gate, const SurfaceScratch& s,
                           std::vector<double>& costs)
 {
-    const Coordinates coordinates(global);
+    const PointView points(global);
     const auto cost = [&](size_t i)
     {
         const ChosenSurface& c = s.chosen[i];
         if (c.shape == SurfaceShape::Unknown) return std::numeric_limits<double>::quiet_NaN();
         if (!c.found()) return gate * gate;
         const LocalSurface& surface = s.global->of_point[c.global_id];
-        const Eigen::Vector3d mean = coordinates[c.global_id] + surface.to_mean.cast<double>();
+        const Eigen::Vector3d mean = point_of(points, c.global_id) + surface.to_mean.cast<double>();
         return distance_sq(surface, c.shape, point_of(s.nearest.local.in_global, i) - mean);
     };
     for (size_t i = 0; i < s.chosen.size(); i++) costs.push_back(cost(i));

@@ -33,6 +33,9 @@ struct SurfaceScratch
     std::vector<float> distances;
 };
 
+/// Of voxels of that side (m), or, where it is 0, of the nearest points.
+LocalSurfaceOptions neighbourhoods(double voxel, uint32_t knn, double radius);
+
 /// The scratch memory of this matcher on these layers, with the index, the global surfaces and, if wanted,
 /// the local ones at hand.
 SurfaceScratch& surface_scratch(const Matcher_Points_Base& matcher, const layer_name_t& globalLayer,
