@@ -28,23 +28,6 @@ struct Options
     double shift = 0.25, angle_deg = 20, noise = 0;
 };
 
-/// A mesh around its middle, so that turning it does not move it away.
-struct Object
-{
-    synthetic::TriangleMesh mesh;
-    double size;  ///< the longest side of its bounding box, m
-};
-
-Object load_object(const std::string& file)
-{
-    Object object{synthetic::load_obj_mesh(file), 0};
-    const auto box = object.mesh.bounding_box();
-    const mrpt::math::TPoint3D middle = (box.min + box.max) * 0.5, sides = box.max - box.min;
-    for (auto& vertex : object.mesh.vertices) vertex -= middle;
-    object.size = std::max({sides.x, sides.y, sides.z});
-    return object;
-}
-
 metric_map_t map_of(const mrpt::maps::CSimplePointsMap& points, double noise, SeededRandom& random)
 {
     auto cloud = mrpt::maps::CSimplePointsMap::Create();
@@ -67,7 +50,7 @@ struct ObjectPair
 };
 
 /// \param copy are the local points the global ones, or drawn anew?
-ObjectPair object_pair(const Object& object, const Options& o, bool copy, uint64_t seed)
+ObjectPair object_pair(const synthetic::ObjectMesh& object, const Options& o, bool copy, uint64_t seed)
 {
     SeededRandom random(seed);
     const auto global = synthetic::sample_by_area(object.mesh, o.points, random());
@@ -89,7 +72,8 @@ struct Tally
     std::vector<double> m, deg, iterations;
 };
 
-void add_run(const Object& object, const ObjectPair& pair, const std::string& pipeline, Tally& tally)
+void add_run(const synthetic::ObjectMesh& object, const ObjectPair& pair, const std::string& pipeline,
+             Tally& tally)
 {
     Aligner aligner(pipeline);
     ParameterSource variables;
@@ -124,7 +108,7 @@ void print(const std::string& pipeline, bool copy, const Tally& t)
 
 void run(const Options& o)
 {
-    const Object object = load_object(o.mesh);
+    const synthetic::ObjectMesh object = synthetic::load_object_mesh(o.mesh);
     std::printf("%s, %zu points, starts within %g of its size and %g deg, noise %g of its size, seed %ju\n",
                 o.mesh.c_str(), o.points, o.shift, o.angle_deg, o.noise, o.seed);
     std::printf("%-20s %-20s %6s %11s %11s %14s %17s %12s %8s %10s\n", "pipeline", "clouds", "runs",

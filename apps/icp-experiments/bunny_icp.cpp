@@ -60,22 +60,6 @@ std::vector<IcpSolver> icp_solvers()
 }
 constexpr size_t HORN = 1;
 
-/// The model, around its middle, so that turning it does not move it away.
-struct Model
-{
-    synthetic::TriangleMesh mesh;
-    double size;  ///< b: the longest side of its bounding box, m
-};
-Model load_model(const std::string& file)
-{
-    Model model{synthetic::load_obj_mesh(file), 0};
-    const auto box = model.mesh.bounding_box();
-    const mrpt::math::TPoint3D middle = (box.min + box.max) * 0.5, sides = box.max - box.min;
-    for (auto& vertex : model.mesh.vertices) vertex -= middle;
-    model.size = std::max({sides.x, sides.y, sides.z});
-    return model;
-}
-
 struct Alignment
 {
     double start_angle = 0, start_translation = 0;  ///< rad; of the size
@@ -116,7 +100,7 @@ CPose3D align(const mrpt::maps::CSimplePointsMap& local_points,
 }
 
 /// All solvers, from one start.
-std::vector<Alignment> run_start(const Model& model, const Start& start, SeededRandom random)
+std::vector<Alignment> run_start(const synthetic::ObjectMesh& model, const Start& start, SeededRandom random)
 {
     const auto global = synthetic::sample_by_area(model.mesh, POINTS, random());
     const auto local = synthetic::sample_by_area(model.mesh, POINTS, random());
@@ -170,8 +154,8 @@ struct StartResult
     }
 };
 
-StartResult run_all(const Model& model, const Start& start, uint64_t number, const ExperimentOptions& options,
-                    const Repetitions& workers)
+StartResult run_all(const synthetic::ObjectMesh& model, const Start& start, uint64_t number,
+                    const ExperimentOptions& options, const Repetitions& workers)
 {
     StartResult result{start, {}};
     result.runs.resize(options.repetitions.value_or(start.usual_repetitions));
@@ -239,7 +223,8 @@ void write_statistics(const std::string& key, const Statistics& s, YamlWriter& y
         {{"median", s.median}, {"q25", s.q25}, {"q75", s.q75}, {"rmse", s.rmse}, {"largest", s.largest}});
 }
 
-void write_summary(const std::vector<StartResult>& results, const Model& model, YamlWriter& yaml)
+void write_summary(const std::vector<StartResult>& results, const synthetic::ObjectMesh& model,
+                   YamlWriter& yaml)
 {
     yaml.value("points", POINTS), yaml.value("b_m", model.size);
     yaml.open_map("solvers");
@@ -375,7 +360,7 @@ Experiment bunny_icp()
     Experiment e{"bunny-icp", "Whole ICP on the Stanford bunny, with each solver at its core", {}};
     e.run = [e](const ExperimentOptions& options, Workshop& workshop)
     {
-        const Model model = load_model(options.model);
+        const synthetic::ObjectMesh model = synthetic::load_object_mesh(options.model);
         std::vector<StartResult> results;
         for (const auto& start : starts())
             results.push_back(run_all(model, start, 20 + results.size(), options, workshop.repetitions()));

@@ -2,6 +2,7 @@
 #include <mp2p_icp/numbers.h>
 #include <mp2p_icp/synthetic/load_obj_mesh.h>
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <sstream>
@@ -99,6 +100,16 @@ TriangleMesh load_obj_mesh(const std::string& path)
     std::ifstream file(path);
     if (!file) throw DataError(path, "the file cannot be opened");
     return read_obj_mesh(file, path);
+}
+
+ObjectMesh load_object_mesh(const std::string& path)
+{
+    ObjectMesh object{load_obj_mesh(path), 0};
+    const auto box = object.mesh.bounding_box();
+    const mrpt::math::TPoint3D middle = (box.min + box.max) * 0.5, sides = box.max - box.min;
+    for (auto& vertex : object.mesh.vertices) vertex -= middle;
+    object.size = std::max({sides.x, sides.y, sides.z});
+    return object;
 }
 
 }  // namespace mp2p_icp::synthetic

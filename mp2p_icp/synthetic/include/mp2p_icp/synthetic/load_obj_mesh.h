@@ -18,4 +18,13 @@ TriangleMesh load_obj_mesh(const std::string& path);
 /// \overload `source` is the name used in messages.
 TriangleMesh read_obj_mesh(std::istream& in, const std::string& source);
 
+/// A mesh around its middle, so that turning it does not move it away.
+struct ObjectMesh
+{
+    TriangleMesh mesh;
+    double size = 0;  ///< the longest side of its bounding box, m
+};
+/// As load_obj_mesh(), moved so that the middle of its bounding box is the origin.
+ObjectMesh load_object_mesh(const std::string& path);
+
 }  // namespace mp2p_icp::synthetic
