@@ -213,6 +213,32 @@ TEST(extract_planes, roundThingsAndNoiseAreNone)
     EXPECT_TRUE(extract_planes(*volume).empty());
 }
 
+/// Paving is off by some mm over decimetres, more than the noise of a good sensor.
+TEST(extract_planes, aSurfaceMayBeRough)
+{
+    constexpr double HEIGHT_OF_WAVES = 0.004, LENGTH_OF_WAVES = 1.2;
+    const auto paving =
+        random_points(20000, 7,
+                      [](SeededRandom& r)
+                      {
+                          const double x = r.uniform(-4, 4), y = r.uniform(-4, 4);
+                          const double wave = std::sin(2 * M_PI * x / LENGTH_OF_WAVES) *
+                                              std::sin(2 * M_PI * y / LENGTH_OF_WAVES);
+                          return Eigen::Vector3d(x, y, -1 + HEIGHT_OF_WAVES * wave + r.gaussian(0.0015));
+                      });
+    PlaneParameters rough;
+    rough.roughness = 0.01;
+    const auto all_of = [&](const std::vector<ExtractedPlane>& planes)
+    { return planes.size() == 1 && planes[0].inliers.size() > 19000; };
+    EXPECT_FALSE(all_of(extract_planes(*paving)));
+    const auto planes = extract_planes(*paving, rough);
+    ASSERT_TRUE(all_of(planes)) << planes.size() << " planes";
+    // The rms height of the waves is half of HEIGHT_OF_WAVES.
+    EXPECT_NEAR(planes[0].plane.fit->sigma, std::hypot(HEIGHT_OF_WAVES / 2, 0.0015), 2e-4);
+    EXPECT_NEAR(planes[0].plane.centroid.z, -1, 3e-4);
+    EXPECT_GT(planes[0].plane.normal().z(), std::cos(1e-3));
+}
+
 TEST(extract_planes, aCloudWithoutExtentHasNone)
 {
     const float nan = std::numeric_limits<float>::quiet_NaN(), inf = std::numeric_limits<float>::infinity();
@@ -303,6 +329,7 @@ TEST(extract_planes, parametersOutOfRangeAreRefused)
         refused("maximum_unevenness", [bad](auto& p) { p.maximum_unevenness = bad; });
     }
     refused("minimum_area", [](auto& p) { p.minimum_area = -1; });
+    for (const double bad : {-1e-3, nan}) refused("roughness", [bad](auto& p) { p.roughness = bad; });
     refused("minimum_inliers", [](auto& p) { p.minimum_inliers = 3; });
     refused("voxel_levels", [](auto& p) { p.voxel_levels = 0; });
     expect_problem_with<std::invalid_argument>({"sensor"},

@@ -6,8 +6,6 @@ namespace mp2p_icp_filters
 {
 namespace
 {
-constexpr uint32_t EMPTY = UINT32_MAX;
-
 uint64_t hash_of(const CellIndex& c)
 {
     uint64_t h = static_cast<uint64_t>(c.x) * 0x9E3779B97F4A7C15u;
@@ -28,19 +26,19 @@ std::optional<CellIndex> cell_of(float x, float y, float z, double side)
     return CellIndex{static_cast<int64_t>(cx), static_cast<int64_t>(cy), static_cast<int64_t>(cz)};
 }
 
-VoxelCells::VoxelCells() : slots_(1024, EMPTY) {}
+VoxelCells::VoxelCells() : slots_(1024, NO_CELL) {}
 
 size_t VoxelCells::slot_of(const CellIndex& cell) const
 {
     const size_t mask = slots_.size() - 1;
     size_t slot = hash_of(cell) & mask;
-    while (slots_[slot] != EMPTY && !(cells_[slots_[slot]] == cell)) slot = (slot + 1) & mask;
+    while (slots_[slot] != NO_CELL && !(cells_[slots_[slot]] == cell)) slot = (slot + 1) & mask;
     return slot;
 }
 
 void VoxelCells::grow()
 {
-    slots_.assign(slots_.size() * 2, EMPTY);
+    slots_.assign(slots_.size() * 2, NO_CELL);
     for (uint32_t n = 0; n < size(); n++) slots_[slot_of(cells_[n])] = n;
 }
 
@@ -48,7 +46,7 @@ uint32_t VoxelCells::number_of(const CellIndex& cell)
 {
     if (cells_.size() * 2 >= slots_.size()) grow();
     const size_t slot = slot_of(cell);
-    if (slots_[slot] == EMPTY)
+    if (slots_[slot] == NO_CELL)
     {
         slots_[slot] = size();
         cells_.push_back(cell);

@@ -6,6 +6,8 @@
 
 namespace mp2p_icp_filters
 {
+constexpr uint32_t NO_CELL = UINT32_MAX;
+
 /// The cell [x,x+1) * [y,y+1) * [z,z+1), times the side of the cells.
 struct CellIndex
 {
@@ -28,6 +30,8 @@ class VoxelCells
     VoxelCells();
     /// The number of the cell, a new one if it was not seen before. O(1) on average.
     uint32_t number_of(const CellIndex& cell);
+    /// The number of the cell, NO_CELL if it was not seen. O(1) on average.
+    uint32_t find(const CellIndex& cell) const { return slots_[slot_of(cell)]; }
     uint32_t size() const { return static_cast<uint32_t>(cells_.size()); }
     const CellIndex& cell(uint32_t number) const { return cells_[number]; }
 
@@ -38,7 +42,7 @@ class VoxelCells
 
     std::vector<CellIndex> cells_;
     std::vector<uint32_t>
-        slots_;  ///< numbers of cells, or EMPTY; the length is a power of two, at most half of them in use
+        slots_;  ///< numbers of cells, or NO_CELL; the length is a power of two, at most half of them in use
 };
 
 }  // namespace mp2p_icp_filters

@@ -27,12 +27,15 @@ void PlaneParameters::declare_parameters(mp2p_icp::ParameterDeclaration& declare
                    "Smaller planes are dropped (area of a rectangle with the same spreads).");
     declare.number("maximum_noise", maximum_noise, "m", Range::positive(),
                    "Largest standard deviation of the distances to the plane.");
+    declare.number("roughness", roughness, "m", Range::not_negative(),
+                   "Surfaces and their noise are taken to be no smoother than this (standard deviation).");
     declare.number("maximum_angle_deg", maximum_angle_deg, "deg", {0, 45, true, false},
                    "Largest angle between the normals of a cell and of the plane that takes it in.");
     declare.number("maximum_angle_deviation_deg", maximum_angle_deviation_deg, "deg", Range::positive(),
                    "Planes whose normal is not known better than this (standard deviation) are dropped.");
-    declare.number("maximum_unevenness", maximum_unevenness, "", Range::positive(),
-                   "Largest rms height of bends, waves and steps of the surface, over its noise.");
+    declare.number(
+        "maximum_unevenness", maximum_unevenness, "", Range::positive(),
+        "Largest rms height of bends, waves and steps of the surface, over its noise or roughness.");
 }
 
 namespace
@@ -156,7 +159,7 @@ class Extraction
         const double clear_pitch =
             std::clamp(std::sqrt(POINTS_PER_SQUARE / density), parameters_.voxel_size / 2, level.side() / 2);
         FittedPoints out;
-        out.fit.plane = region.plane, out.fit.noise = region.plane.sigma;
+        out.fit.plane = region.plane, out.fit.noise = std::max(region.plane.sigma, parameters_.roughness);
         std::vector<uint32_t> claimed;
         for (int round = 0; round < MOST_ROUNDS; round++)
         {
@@ -165,7 +168,7 @@ class Extraction
             if (f.clear == out.points) break;
             out.points = std::move(f.clear), out.squares = std::move(f.clear_square);
             claimed = std::move(f.claimed);
-            out.fit = fit_plane(all_.points, out.points, out.squares, f.surface, sensor_);
+            out.fit = fitted(out, f.surface);
         }
         if (!is_plane(out)) return {};
         for (const uint32_t i : claimed) taken_[i] = true;
@@ -188,9 +191,16 @@ class Extraction
             out.points.push_back(i), out.squares.push_back(found_[self].squares[k]);
         }
         if (out.points.size() < parameters_.minimum_inliers) return {};
-        out.fit = fit_plane(all_.points, out.points, out.squares, out.points, sensor_);
+        out.fit = fitted(out, out.points);
         out.measure_box(all_.points);
         return out;
+    }
+
+    PlaneFit fitted(const FittedPoints& to, const std::vector<uint32_t>& surface) const
+    {
+        PlaneFit fit = fit_plane(all_.points, to.points, to.squares, surface, sensor_);
+        fit.noise = std::max(fit.noise, parameters_.roughness);
+        return fit;
     }
 
     FootprintQuery query_about(const PlaneFit& fit, double side, double clear_pitch) const
@@ -269,6 +279,7 @@ std::vector<ExtractedPlane> extract_planes(const mrpt::maps::CPointsMap& cloud,
     check(parameters.minimum_inliers >= 10, "minimum_inliers must be at least 10");
     check(parameters.minimum_area >= 0, "minimum_area must not be negative");
     check(parameters.maximum_noise > 0, "maximum_noise must be above zero");
+    check(parameters.roughness >= 0 && std::isfinite(parameters.roughness), "roughness must not be negative");
     check(parameters.maximum_angle_deg > 0 && parameters.maximum_angle_deg <= 45,
           "maximum_angle_deg must be in (0, 45]");
     check(parameters.maximum_angle_deviation_deg > 0, "maximum_angle_deviation_deg must be above zero");

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
-#include <tuple>
 
 namespace mp2p_icp_filters
 {
@@ -51,29 +50,6 @@ BlockedPoints::BlockedPoints(const mrpt::maps::CPointsMap& cloud, double block_s
             lo = lo.cwiseMin(points[i]), hi = hi.cwiseMax(points[i]);
         blocks.push_back({starts[b], starts[b + 1], (lo + hi) / 2, (hi - lo) / 2});
     }
-}
-
-namespace
-{
-bool cell_before(const CellIndex& a, const CellIndex& b)
-{
-    return std::tie(a.x, a.y, a.z) < std::tie(b.x, b.y, b.z);
-}
-}  // namespace
-
-CellLookup::CellLookup(const VoxelCells& cells)
-{
-    for (uint32_t i = 0; i < cells.size(); i++) sorted_.emplace_back(cells.cell(i), i);
-    std::sort(sorted_.begin(), sorted_.end(),
-              [](const auto& a, const auto& b) { return cell_before(a.first, b.first); });
-}
-
-uint32_t CellLookup::find(const CellIndex& cell) const
-{
-    const auto it =
-        std::lower_bound(sorted_.begin(), sorted_.end(), cell,
-                         [](const auto& entry, const CellIndex& c) { return cell_before(entry.first, c); });
-    return it != sorted_.end() && it->first == cell ? it->second : NO_CELL;
 }
 
 void PointMoments::add(const PointMoments& other)
@@ -150,7 +126,6 @@ CellLevel::CellLevel(const BlockedPoints& all, const std::vector<uint32_t>& whic
         cells_[c].plane = plane_through(cells_[c].moments);
         cells_[c].flat = is_flat(cells_[c], side, parameters);
     }
-    lookup_.emplace(numbers_);
 }
 
 void CellLevel::neighbours(uint32_t cell, std::vector<uint32_t>& out) const
@@ -162,7 +137,7 @@ void CellLevel::neighbours(uint32_t cell, std::vector<uint32_t>& out) const
             for (int64_t dz = -1; dz <= 1; dz++)
             {
                 if (dx == 0 && dy == 0 && dz == 0) continue;
-                const uint32_t n = lookup_->find({c.x + dx, c.y + dy, c.z + dz});
+                const uint32_t n = numbers_.find({c.x + dx, c.y + dy, c.z + dz});
                 if (n != NO_CELL) out.push_back(n);
             }
 }

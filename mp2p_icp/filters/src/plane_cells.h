@@ -4,15 +4,12 @@
 
 #include <Eigen/Dense>
 #include <cstdint>
-#include <optional>
 #include <vector>
 
 #include "VoxelCells.h"
 
 namespace mp2p_icp_filters
 {
-constexpr uint32_t NO_CELL = UINT32_MAX;
-
 /// The finite points of a cloud in double, neighbours together: in blocks of cells of a larger side.
 struct BlockedPoints
 {
@@ -26,17 +23,6 @@ struct BlockedPoints
     std::vector<Block> blocks;
 
     BlockedPoints(const mrpt::maps::CPointsMap& cloud, double block_side);
-};
-
-/// Numbers of cells by their index: which ones are there, without adding any.
-class CellLookup
-{
- public:
-    explicit CellLookup(const VoxelCells& cells);
-    uint32_t find(const CellIndex& cell) const;  ///< NO_CELL if there is none
-
- private:
-    std::vector<std::pair<CellIndex, uint32_t>> sorted_;
 };
 
 /// Count, mean and covariance of points, added up one group at a time.
@@ -87,7 +73,6 @@ class CellLevel
     VoxelCells numbers_;
     std::vector<PlaneCell> cells_;
     std::vector<uint32_t> starts_, order_;
-    std::optional<CellLookup> lookup_;
 };
 
 }  // namespace mp2p_icp_filters

@@ -81,10 +81,7 @@ class FootprintSearch
     Footprint from(const std::vector<uint32_t>& starts)
     {
         flood(starts);
-        const auto is_level = [this](uint32_t square) { return clearing_.is_level(square, query_.sigma); };
-        const std::vector<bool> alone =
-            all_around([this](uint32_t square) { return clearing_.is_alone(square); });
-        const std::vector<bool> level = all_around(is_level);
+        std::vector<Around> around(clearing_.numbers().size());
         Footprint out;
         for (const auto& point : near_)
         {
@@ -93,10 +90,11 @@ class FootprintSearch
             if (mark_[point.connecting] != REACHED) continue;
             out.inside++;
             const uint32_t square = point.clearing;
-            if (clearing_.is_alone(square) && !is_level(square)) out.uneven++;
-            if (!alone[square]) continue;
+            if (clearing_.is_alone(square) && !clearing_.is_level(square, query_.sigma)) out.uneven++;
+            if (!around[square].known) around[square] = look_around(square);
+            if (!around[square].alone) continue;
             out.surface.push_back(point.id);
-            if (!level[square]) continue;
+            if (!around[square].level) continue;
             out.clear.push_back(point.id);
             out.clear_square.push_back(square);
         }
@@ -109,6 +107,11 @@ class FootprintSearch
         NOT_REACHED,
         BORDER,
         REACHED
+    };
+    /// What is known of a square and those around it.
+    struct Around
+    {
+        bool known = false, alone = false, level = false;
     };
     struct NearPoint
     {
@@ -130,22 +133,19 @@ class FootprintSearch
         if (in) near_.push_back({i, connecting, clearing});
     }
 
-    /// Which squares do, and touch none that does not, what is asked?
-    template <class Asked>
-    std::vector<bool> all_around(const Asked& asked) const
+    /// Is the square, and each one that touches it, free of what stands beside the plane, and level?
+    Around look_around(uint32_t square) const
     {
-        const VoxelCells& squares = clearing_.numbers();
-        const CellLookup lookup(squares);
-        std::vector<bool> out(squares.size(), true);
-        for (uint32_t i = 0; i < squares.size(); i++)
-        {
-            if (asked(i)) continue;
-            const CellIndex c = squares.cell(i);
-            for (int64_t du = -1; du <= 1; du++)
-                for (int64_t dv = -1; dv <= 1; dv++)
-                    if (const uint32_t near = lookup.find({c.x + du, c.y + dv, 0}); near != NO_CELL)
-                        out[near] = false;
-        }
+        const CellIndex c = clearing_.numbers().cell(square);
+        Around out{true, true, true};
+        for (int64_t du = -1; du <= 1; du++)
+            for (int64_t dv = -1; dv <= 1; dv++)
+            {
+                const uint32_t near = clearing_.numbers().find({c.x + du, c.y + dv, 0});
+                if (near == NO_CELL) continue;
+                out.alone = out.alone && clearing_.is_alone(near);
+                out.level = out.level && clearing_.is_level(near, query_.sigma);
+            }
         return out;
     }
 
@@ -153,7 +153,7 @@ class FootprintSearch
     void flood(const std::vector<uint32_t>& starts)
     {
         mark_.assign(connecting_.numbers().size(), NOT_REACHED);
-        const CellLookup lookup(connecting_.numbers());
+        const VoxelCells& squares = connecting_.numbers();
         std::vector<uint32_t> pending;
         const auto reach = [&](uint32_t square)
         {
@@ -165,16 +165,16 @@ class FootprintSearch
         {
             const Vector3d d = all_.points[i] - query_.centre;
             if (std::abs(height(all_.points[i])) <= NEAR_SIGMAS * query_.sigma)
-                reach(lookup.find(connecting_.index_of(u_.dot(d), v_.dot(d))));
+                reach(squares.find(connecting_.index_of(u_.dot(d), v_.dot(d))));
         }
         while (!pending.empty())
         {
-            const CellIndex c = connecting_.numbers().cell(pending.back());
+            const CellIndex c = squares.cell(pending.back());
             pending.pop_back();
             for (int64_t du = -2; du <= 2; du++)
                 for (int64_t dv = -2; dv <= 2; dv++)
                 {
-                    const uint32_t square = lookup.find({c.x + du, c.y + dv, 0});
+                    const uint32_t square = squares.find({c.x + du, c.y + dv, 0});
                     reach(square);
                     const bool touches = std::abs(du) <= 1 && std::abs(dv) <= 1;
                     if (square != NO_CELL && touches && mark_[square] == NOT_REACHED) mark_[square] = BORDER;

@@ -17,9 +17,11 @@ struct PlaneParameters : public mp2p_icp::Parameterizable
     uint32_t minimum_inliers = 50;  ///< points
     double minimum_area = 0.25;     ///< m^2; see ExtractedPlane::area
     double maximum_noise = 0.05;    ///< standard deviation of the distance to the plane, m
+    double roughness = 0;           ///< of flat surfaces and of the sensor, apart from noise, m; see below
     double maximum_angle_deg = 12;  ///< between the normals of a cell and of the plane that takes it in
     double maximum_angle_deviation_deg = 1;  ///< predicted standard deviation of the normal
-    double maximum_unevenness = 0.5;  ///< rms height of bends, waves and steps of a surface, over its noise
+    double maximum_unevenness =
+        0.5;  ///< rms height of bends, waves and steps of a surface, over its noise or roughness
 
     void declare_parameters(mp2p_icp::ParameterDeclaration& declare) override;
 };
@@ -42,9 +44,14 @@ struct ExtractedPlane
  * it is the "sandwich" of squared residuals of H. White, "A heteroskedasticity-consistent covariance matrix
  * estimator", Econometrica 48(4), 1980.
  *
+ * Plaster, paving and the rings of a LiDAR are off by some mm over decimetres, which is more than the noise
+ * of a good sensor: what is within `roughness` of a plane counts as if noise had put it there. With 0.01 m
+ * the walls and floors of such scans are found, where 0 finds hardly one; but their covariances know nothing
+ * of it, and are too small then.
+ *
  * Refused are: too few or too thick inliers, no extent in two directions, a surface that is bent more than
- * its noise explains (spheres, pipes), a slab in a volume full of points, planes seen edge-on (within 2
- * degrees).
+ * its noise or roughness explains (spheres, pipes), a slab in a volume full of points, planes seen edge-on
+ * (within 2 degrees).
  *
  * A point belongs to one plane at most. Points that are not finite are left out, and so are those whose cell
  * has no number (beyond 2^62 times the voxel size). The order of the points decides ties only. The result
