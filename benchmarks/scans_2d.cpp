@@ -68,6 +68,9 @@ int main(int argc, char** argv)
     app.add_option("--aperture-deg", aperture_deg);
     app.add_flag("--list", list);
     app.add_flag("--odometry", odometry);
+    app.footer(
+        "\nExample:\n  bench-scans_2d tour.rawlog --apart 2 --pipelines icp-2d-laser icp-2d-point-to-line "
+        "icp-2d-walls");
     CLI11_PARSE(app, argc, argv);
 
     std::vector<LaserScan> scans;
@@ -98,9 +101,10 @@ int main(int argc, char** argv)
                                     planar_prior(guess));
             seconds[m] += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
             iterations[m] += pair.results[m].nIterations;
-            if (m == 0)
-                pair.overlap = mp2p_icp_bench::overlap({local, "raw"}, {global, "dense"},
-                                                       pair.results[m].optimal_tf.mean, 0.2);
+            if (m > 0) continue;
+            const std::string walls = global.layers.count("dense") ? "dense" : "raw";  // filled in, or not
+            pair.overlap = mp2p_icp_bench::overlap({local, "raw"}, {global, walls},
+                                                   pair.results[m].optimal_tf.mean, 0.2);
         }
         pairs.push_back(pair);
         if (!list) continue;
