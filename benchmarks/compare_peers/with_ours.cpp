@@ -91,11 +91,17 @@ class OurAttempt : public Attempt
     }
     void prepare_layers(const Matcher_Points_Base& matcher, const Matcher_Points_Base::LayerPair& layers)
     {
-        global_.nn_index(layers.global);
         const auto* planes = dynamic_cast<const Matcher_Point2Plane*>(&matcher);
-        if (!planes) return;
-        global_.local_surfaces(layers.global, planes->surface_options());
-        if (planes->localPointMustFitPlaneToo) local_.local_surfaces(layers.local, planes->surface_options());
+        run_all({[&]() { global_.nn_index(layers.global); },
+                 [&]()
+                 {
+                     if (planes) global_.local_surfaces(layers.global, planes->surface_options());
+                 },
+                 [&]()
+                 {
+                     if (planes && planes->localPointMustFitPlaneToo)
+                         local_.local_surfaces(layers.local, planes->surface_options());
+                 }});
     }
 
     metric_map_t local_, global_;

@@ -363,6 +363,27 @@ TEST(ICP, a_quality_checkpoint_ends_a_hopeless_run)
               IterTermReason::QualityCheckpointFailed);
 }
 
+TEST(ICP, a_quality_checkpoint_leaves_discarding_to_the_end)
+{
+    const World w;
+    Bench bench;
+    auto evaluator = std::make_shared<QualityEvaluator_PairedRatio>();
+    evaluator->absolute_minimum_pairing_ratio = 0.9;
+    bench.icp.quality_evaluators() = {{evaluator, 1.0}};
+    const CPose3D away = TRUTH + pose_deg(0.4, 0.3, 0, 0, 0, 0);
+    size_t paired = 0, of = 0;
+    bench.solver->script = [&](const Pairings& pairings, OptimalTF_Result& out, const SolverContext& c)
+    {
+        if (*c.icpIteration == 1) paired = pairings.size(), of = pairings.potential_pairings;
+        out.optimalPose = *c.icpIteration < 1 ? away : TRUTH;
+        return true;
+    };
+    bench.parameters.quality_checkpoints = {{0, 0.05}};
+    const Results r = bench.align(w.local, w.global, away + pose_deg(0, 0, 0.1, 0, 0, 0));
+    EXPECT_LT(static_cast<double>(paired), 0.9 * static_cast<double>(of)) << "nothing to discard there";
+    EXPECT_EQ(r.verdict, Verdict::aligned) << r.verdict_reason;
+}
+
 TEST(ICP, the_hook_sees_each_iteration_and_can_stop)
 {
     const World w;

@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 #include <mp2p_icp/QualityEvaluator_PairedRatio.h>
+#include <mp2p_icp/errors.h>
 
 #include "icp_test_tools.h"
 
@@ -55,6 +56,26 @@ TEST(QualityEvaluator_PairedRatio, matches_anew_when_given_the_keys_of_the_match
     EXPECT_FALSE(q.reuse_icp_pairings);
     EXPECT_DOUBLE_EQ(q.evaluate(map, map, CPose3D(), pairings_with(0, 0), {}).quality, 1.0);
     EXPECT_EQ(q.evaluate(map, map, CPose3D(0, 0, 5), pairings_with(40, 40), {}).quality, 0.0);
+}
+
+TEST(QualityEvaluator_PairedRatio, with_exchanged_maps_is_the_share_of_the_global_points)
+{
+    const CPose3D pose(1, 2, 3, 0.4, 0.1, 0.2);  // of local in global
+    const auto all = wavy_surface(200, 1), some = wavy_surface(200, 1);
+    some->resize(50);
+    metric_map_t global = map_of(all), local;
+    auto seen = mrpt::maps::CSimplePointsMap::Create(*some);
+    seen->changeCoordinatesReference(-pose);
+    local.layers["seen"] = seen;
+    QualityEvaluator_PairedRatio there, back;
+    there.initialize(yaml_from_text("threshold: 0.001\npointLayerMatches: [{global: raw, local: seen}]\n"));
+    back.initialize(yaml_from_text(
+        "exchange_maps: true\nthreshold: 0.001\npointLayerMatches: [{global: seen, local: raw}]\n"));
+    EXPECT_DOUBLE_EQ(there.evaluate(global, local, pose, {}, {}).quality, 1.0);
+    EXPECT_DOUBLE_EQ(back.evaluate(global, local, pose, {}, {}).quality, 0.25);
+    EXPECT_EQ(back.evaluate(global, local, -pose, {}, {}).quality, 0.0);
+    EXPECT_THROW(back.initialize(yaml_from_text("exchange_maps: true\nreuse_icp_pairings: true\n")),
+                 ConfigError);
 }
 
 TEST(QualityEvaluator_PairedRatio, parameters_survive_saving_and_loading)

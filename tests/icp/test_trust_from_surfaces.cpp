@@ -1,12 +1,14 @@
 // What the verdict says where the world leaves motions free, whatever the matcher pairs.
 #include <gtest/gtest.h>
+#include <mp2p_icp/Matcher_Cov2Cov.h>
 #include <mp2p_icp/Matcher_Point2Plane.h>
 #include <mp2p_icp/Solver_GaussNewton.h>
 #include <mp2p_icp/icp_pipeline_from_yaml.h>
+#include <mp2p_icp/observability.h>
 #include <mp2p_icp/synthetic/sample_by_area.h>
 #include <mp2p_icp_filters/FilterDecimateVoxels.h>
 
-#include "../../mp2p_icp/icp/src/surface_agreement.h"
+#include "../../mp2p_icp/icp/src/pairings_on_surfaces.h"
 #include "../../mp2p_icp/icp/src/toward_guess.h"
 #include "degenerate_worlds.h"
 #include "quality_worlds.h"
@@ -151,6 +153,75 @@ TEST(TrustFromSurfaces, healthy_worlds_have_no_free_axis)
                       result);
             EXPECT_EQ(result.rank(), 6) << result.verdict_reason;
         }
+}
+
+// ---- Objects of few points
+// ----------------------------------------------------------------------------------
+
+namespace
+{
+/// Points at random on an ellipsoid with these half-axes.
+metric_map_t ellipsoid(const Vector3d& axes, size_t points, uint64_t seed)
+{
+    SeededRandom random(seed);
+    auto cloud = mrpt::maps::CSimplePointsMap::Create();
+    while (cloud->size() < points)
+    {
+        const Vector3d p = axes.cwiseProduct(
+            Vector3d(random.gaussian(1), random.gaussian(1), random.gaussian(1)).normalized());
+        cloud->insertPoint(to_mrpt(p));
+    }
+    return map_of(cloud);
+}
+
+/// What two samples of it say of the pose at which they lie on each other.
+SurfacePairings on_surfaces(const Vector3d& axes, const Matcher::Ptr& matcher, uint64_t seed)
+{
+    const metric_map_t global = ellipsoid(axes, 400, 2 * seed), local = ellipsoid(axes, 400, 2 * seed + 1);
+    MatchState state(global, local);
+    const Pairings pairings = run_matchers({matcher}, global, local, {}, {}, state);
+    return pairings_on_surfaces(pairings, global, state.searched_global_layers, {});
+}
+int rank_of(const SurfacePairings& on)
+{
+    ObservabilityParameters parameters;
+    parameters.feigned = &on.feigned;
+    return observability(on.pairings, {}, parameters).rank;
+}
+
+matcher_list_t surface_matchers()
+{
+    const auto planes = std::make_shared<Matcher_Point2Plane>(0.2);
+    planes->searchRadius = 1, planes->planeEigenThreshold = 0.3;
+    const auto both = std::make_shared<Matcher_Cov2Cov>(0.2);
+    both->knn = 10;
+    return {planes, both};
+}
+}  // namespace
+
+TEST(TrustFromSurfaces, objects_turn_freely_only_if_they_are_round)
+{
+    for (const auto& matcher : surface_matchers())
+        for (uint64_t seed = 1; seed <= 20; seed++)
+        {
+            SCOPED_TRACE(matcher->GetRuntimeClass()->className + (", seed " + std::to_string(seed)));
+            EXPECT_EQ(rank_of(on_surfaces({1, 0.7, 0.45}, matcher, seed)), 6);
+            EXPECT_EQ(rank_of(on_surfaces({1, 0.6, 0.6}, matcher, seed)), 5);
+            EXPECT_EQ(rank_of(on_surfaces({1, 1, 1}, matcher, seed)), 3);
+        }
+}
+
+/// A plane without errors would be that of a primitive of the map. Each of a cloud has two, towards both
+/// sides.
+TEST(TrustFromSurfaces, planes_around_scattered_points_have_errors)
+{
+    for (const auto& matcher : surface_matchers())
+    {
+        const auto on = on_surfaces({1, 0.7, 0.45}, matcher, 1);
+        ASSERT_GT(on.pairings.paired_pt2pl.size(), 200u);
+        EXPECT_GE(static_cast<double>(on.feigned.paired_pt2pl.size()),
+                  0.97 * 2 * static_cast<double>(on.pairings.paired_pt2pl.size()));
+    }
 }
 
 // ---- Agreement of surfaces

@@ -108,12 +108,17 @@ Groups group_points(const DecimationInput& input, double side)
     else
         out.voxels = voxels_of(part(input, out), side);
     const auto kept = static_cast<std::ptrdiff_t>(out.groups.size());
-    const auto& firsts = out.voxels.first_points();
     const auto& counts = out.voxels.point_counts();
     const auto& voxel_of_point = out.voxels.voxel_of_point();
+    std::vector<uint8_t> is_met(out.voxels.voxel_count(), 0);
+    out.groups.reserve(out.groups.size() + is_met.size());
     for (size_t i = 0; i < voxel_of_point.size(); i++)
-        if (const uint32_t v = voxel_of_point[i]; v != mp2p_icp::NO_NEIGHBOR && firsts[v] == i)
-            out.groups.push_back({out.origin_of(i), counts[v], v});
+    {
+        const uint32_t v = voxel_of_point[i];
+        if (v == mp2p_icp::NO_NEIGHBOR || is_met[v]) continue;
+        is_met[v] = 1;
+        out.groups.push_back({out.origin_of(i), counts[v], v});
+    }
     std::inplace_merge(out.groups.begin(), out.groups.begin() + kept, out.groups.end(),
                        [](const Group& a, const Group& b) { return a.first_point < b.first_point; });
     return out;
@@ -210,11 +215,12 @@ std::vector<size_t> random_points(const CPointsMap& points, const Groups& groups
     const size_t n = groups.voxels.voxel_count();
     const mp2p_icp::PointView p(points);
     std::vector<size_t> picks(n, 0), points_to_pass(n);
-    for (size_t v = 0; v < n; v++)
+    for (const Group& g : groups.groups)
     {
-        const size_t i = groups.origin_of(groups.voxels.first_points()[v]);
-        points_to_pass[v] = mp2p_icp::SeededRandom(seed_of_cell(seed, cell_of(p.x[i], p.y[i], p.z[i], side)))
-                                .index(groups.voxels.point_counts()[v]);
+        if (g.voxel == mp2p_icp::NO_NEIGHBOR) continue;
+        const size_t i = g.first_point;
+        points_to_pass[g.voxel] =
+            mp2p_icp::SeededRandom(seed_of_cell(seed, cell_of(p.x[i], p.y[i], p.z[i], side))).index(g.count);
     }
     groups.for_points_in_voxels(
         [&](size_t i, uint32_t v)

@@ -54,8 +54,11 @@ class AlignRun
     /// Whether surfaces and prior determine the pose that was found; what they do not is put back to the
     /// guess.
     void observe(Results& out);
-    /** Goes on from the guess along free motions, keeping to it, until the rest no longer moves: what was put
-     * back need not be free to the last digit. \return why it does not come to rest, if it does not
+    /// Compares the costs at pose_ with those at the guess, and notes them.
+    bool is_worse_than_guess(Results& out);
+    /** Goes on from the guess along free motions, keeping to it, until the rest no longer moves, or only
+     * comes back to where it was: what was put back need not be free to the last digit. \return why it does
+     * not come to rest, if it does not
      */
     std::optional<std::string> settle(const std::vector<FreeTwist>& free);
     /// The direction whose surfaces do not agree, if there is one.

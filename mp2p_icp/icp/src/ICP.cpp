@@ -11,6 +11,7 @@
 
 #include "AlignRun.h"
 #include "debug_log.h"
+#include "quality_mean.h"
 
 IMPLEMENTS_MRPT_OBJECT(ICP, mrpt::rtti::CObject, mp2p_icp)
 
@@ -68,15 +69,8 @@ QualityEvaluator::Result ICP::evaluate_quality(const quality_eval_list_t& evalua
                                                const mrpt::poses::CPose3D& localPose,
                                                const Pairings& pairings, const MatchContext& context)
 {
-    double weighted = 0, weights = 0;
-    for (const auto& [evaluator, weight] : evaluators)
-    {
-        if (!evaluator->enabled) continue;
-        const auto one = evaluator->evaluate(pcGlobal, pcLocal, localPose, pairings, context);
-        if (one.hard_discard) return {0.0, true};
-        weighted += weight * one.quality, weights += weight;
-    }
-    return {weights > 0 ? weighted / weights : 0.0, false};
+    const auto mean = quality_mean(evaluators, pcGlobal, pcLocal, localPose, pairings, context, true);
+    return {mean.discarded ? 0.0 : mean.value(), mean.discarded};
 }
 
 }  // namespace mp2p_icp

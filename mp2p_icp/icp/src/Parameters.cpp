@@ -54,7 +54,7 @@ ParameterDeclaration::Entry checkpoints_entry(std::map<uint32_t, double>& checkp
             "list of {iteration, minimum_quality}",
             "",
             "",
-            "stop early where an alignment is hopeless",
+            "stop early where an alignment is hopeless; what evaluators discard they discard at the end",
             "{" + defaults + "}",
             false,
             load,

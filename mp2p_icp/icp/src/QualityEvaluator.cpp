@@ -18,6 +18,8 @@ void QualityEvaluator_PairedRatio::declare_parameters(ParameterDeclaration& decl
     reuse.load = [given, load = reuse.load](const auto& node, const auto& place)
     { *given = true, load(node, place); };
     declare.custom(reuse);
+    declare.flag("exchange_maps", exchange_maps,
+                 "match the global points with the local map; 'global' layers below are then local ones");
     declare.number("absolute_minimum_pairing_ratio", absolute_minimum_pairing_ratio, "", Range::between(0, 1),
                    "with a smaller share of paired points there is no overlap");
 
@@ -38,6 +40,8 @@ void QualityEvaluator_PairedRatio::declare_parameters(ParameterDeclaration& decl
             if (*own_matcher && reuse_icp_pairings)
                 return "keys of the matcher have no effect with 'reuse_icp_pairings: true'; remove one or "
                        "the other";
+            if (exchange_maps && reuse_icp_pairings)
+                return "'exchange_maps: true' needs the keys of a matcher of its own";
             return {};
         });
 }
@@ -51,8 +55,10 @@ QualityEvaluator::Result QualityEvaluator_PairedRatio::evaluate(const metric_map
     Pairings fresh;
     if (!reuse_icp_pairings)
     {
-        MatchState state(pcGlobal, pcLocal);
-        matcher.match(pcGlobal, pcLocal, localPose, context, state, fresh);
+        const metric_map_t &to = exchange_maps ? pcLocal : pcGlobal,
+                           &from = exchange_maps ? pcGlobal : pcLocal;
+        MatchState state(to, from);
+        matcher.match(to, from, exchange_maps ? -localPose : localPose, context, state, fresh);
     }
     const Pairings& pairings = reuse_icp_pairings ? pairingsFromICP : fresh;
     if (pairings.potential_pairings == 0) return {0.0, true};

@@ -7,7 +7,7 @@ namespace mp2p_icp
 {
 bool CostComparison::has_risen(double gate) const
 {
-    return to - from > 2 * standard_error + 1e-6 * from + 1e-12 * gate * gate;
+    return to - from > 3 * standard_error + 1e-6 * from + 1e-12 * gate * gate;
 }
 
 CostComparison compare_costs(const std::vector<double>& from, const std::vector<double>& to)

@@ -10,9 +10,10 @@ struct CostComparison
     double from = 0, to = 0;    ///< the means, m^2; 0 if nothing can be compared
     double standard_error = 0;  ///< of their difference, the points taken as independent, m^2
 
-    /** Has the mean risen by more than twice its own standard error? Costs are samples: which points lie just
-     * inside the gate, and which one is the nearest, changes with every micrometre, so that one of two
-     * equally good poses would always be "worse". The rounding of float distances is not a rise either.
+    /** Has the mean risen by more than three times its own standard error? Costs are samples: which points
+     * lie just inside the gate, and which one is the nearest, changes with every micrometre, so that one of
+     * two equally good poses would always be "worse"; like this, one in 700 is. The rounding of float
+     * distances is not a rise either.
      */
     bool has_risen(double gate) const;
 };

@@ -292,7 +292,7 @@ Pairings MapFit::pairs_of(const Nearest& nearest) const
 
 std::vector<FreeTwist> MapFit::left_free(const Pairings& pairings, const CPose3D& pose) const
 {
-    const auto on = pairings_on_surfaces(pairings, global_, {LAYER}, pose);
+    const auto on = pairings_on_surfaces(pairings, global_, {{LAYER, 0}}, pose);
     ObservabilityParameters parameters;
     parameters.feigned = &on.feigned;
     return observability(on.pairings, pose, parameters).free;

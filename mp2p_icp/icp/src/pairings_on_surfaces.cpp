@@ -1,5 +1,6 @@
 #include "pairings_on_surfaces.h"
 
+#include <mp2p_icp/parallel.h>
 #include <mp2p_icp/se3.h>
 
 #include <array>
@@ -44,23 +45,24 @@ Vector3d coordinates(const mrpt::maps::CPointsMap& layer, size_t i)
             double(layer.getPointsBufferRef_z()[i])};
 }
 
-/// A layer, and one of its points.
+/// A layer, one of its points, and what it looks like there.
 struct Place
 {
-    const SurfaceScales* cloud = nullptr;
+    const SurfaceScales* cloud = nullptr;  ///< null: in none of the clouds
     uint32_t point = 0;
+    SurfaceAround surface;
 };
 
 class SurfaceRows
 {
  public:
-    SurfaceRows(const Pairings& in, const metric_map_t& global, const std::set<layer_name_t>& layers,
+    SurfaceRows(const Pairings& in, const metric_map_t& global, const std::map<layer_name_t, double>& layers,
                 const mrpt::poses::CPose3D& pose)
         : in_(in), R_(rotation_of(pose)), t_(translation_of(pose))
     {
-        for (const auto& layer : layers)
+        for (const auto& [layer, voxel] : layers)
         {
-            clouds_.emplace_back(global, layer);
+            clouds_.emplace_back(global, layer, voxel);
             out_.spacing = std::max(out_.spacing, clouds_.back().spacing());
         }
     }
@@ -84,8 +86,9 @@ class SurfaceRows
     void add_plane(const Vector3d& normal, const Vector3d& at, const Vector3d& local, double weight,
                    Pairings& to);
 
-    Place place_of(const mrpt::tfest::TMatchingPair_d& pair) const;
-    Place place_near(const Vector3d& global) const;
+    std::vector<Place> places_of_points() const;
+    std::vector<Place> places_near(const std::vector<Vector3d>& global) const;
+    void look_around(std::vector<Place>& places) const;
     Vector3d moved(const TPoint3D& local) const { return R_ * to_eigen(local) + t_; }
 
     const Pairings& in_;
@@ -95,34 +98,58 @@ class SurfaceRows
     SurfacePairings out_;
 };
 
-/// Where the global point of a pairing has its index.
-Place SurfaceRows::place_of(const mrpt::tfest::TMatchingPair_d& pair) const
+void SurfaceRows::look_around(std::vector<Place>& places) const
 {
-    for (const auto& cloud : clouds_)
-        if (pair.globalIdx < cloud.points().size() &&
-            coordinates(cloud.points(), pair.globalIdx) == to_eigen(pair.global))
-            return {&cloud, pair.globalIdx};
-    return {};
+    parallel_for_blocks(places.size(),
+                        [&](size_t first, size_t last)
+                        {
+                            for (size_t i = first; i < last; i++)
+                                if (places[i].cloud) places[i].surface = places[i].cloud->at(places[i].point);
+                        });
 }
 
-/// The middle of a surface of a cloud has points nearby; that of a primitive of the map need not.
-Place SurfaceRows::place_near(const Vector3d& global) const
+/// Where the global points of pairings have their indices.
+std::vector<Place> SurfaceRows::places_of_points() const
 {
+    std::vector<Place> places(in_.paired_pt2pt.size());
+    for (size_t i = 0; i < places.size(); i++)
+    {
+        const auto& pair = in_.paired_pt2pt[i];
+        for (const auto& cloud : clouds_)
+            if (!places[i].cloud && pair.globalIdx < cloud.points().size() &&
+                coordinates(cloud.points(), pair.globalIdx) == to_eigen(pair.global))
+                places[i].cloud = &cloud, places[i].point = pair.globalIdx;
+    }
+    look_around(places);
+    return places;
+}
+
+/// The middle of a surface of a cloud has points nearby: of points scattered at random, one in 50 places has
+/// none so near. That of a primitive of the map need not.
+std::vector<Place> SurfaceRows::places_near(const std::vector<Vector3d>& global) const
+{
+    std::vector<Place> places(global.size());
     for (const auto& cloud : clouds_)
-        if (const auto point = cloud.point_near(global, cloud.smallest_voxel())) return {&cloud, *point};
-    return {};
+    {
+        const auto points = cloud.points_near(global, 2.4 * cloud.spacing());
+        for (size_t i = 0; i < places.size(); i++)
+            if (!places[i].cloud && points[i] != NO_NEIGHBOR)
+                places[i].cloud = &cloud, places[i].point = points[i];
+    }
+    look_around(places);
+    return places;
 }
 
 void SurfaceRows::take_points()
 {
     const auto weights = expanded_weights(in_.point_weights, in_.paired_pt2pt.size());
+    const auto places = places_of_points();
     std::vector<size_t> unknown, bodies;
     for (size_t i = 0; i < weights.size(); i++)
     {
-        const auto& pair = in_.paired_pt2pt[i];
-        const Vector3d local = moved(pair.local);
-        const Place place = place_of(pair);
-        const SurfaceAround surface = place.cloud ? place.cloud->at(place.point) : SurfaceAround();
+        const Vector3d local = moved(in_.paired_pt2pt[i].local);
+        const Place& place = places[i];
+        const SurfaceAround& surface = place.surface;
         if (!place.cloud)
             take_point(i, weights[i]);
         else if (surface.is_surface())
@@ -149,13 +176,16 @@ void SurfaceRows::take_point(size_t i, double weight)
 void SurfaceRows::take_planes()
 {
     const auto weights = expanded_weights(in_.pt2pl_weights, in_.paired_pt2pl.size());
+    std::vector<Vector3d> middles;
+    for (const auto& pair : in_.paired_pt2pl) middles.push_back(to_eigen(pair.pl_global.centroid));
+    const auto places = places_near(middles);
     for (size_t i = 0; i < weights.size(); i++)
     {
         const auto& pair = in_.paired_pt2pl[i];
         const auto& n = pair.pl_global.plane.coefs;
-        if (const Place place = place_near(to_eigen(pair.pl_global.centroid)); place.cloud)
+        if (places[i].cloud)
         {
-            const SurfaceAround surface = place.cloud->at(place.point);
+            const SurfaceAround& surface = places[i].surface;
             if (surface.shape == SurfaceShape::Planar && parallel(surface.axes.col(0), {n[0], n[1], n[2]}))
                 take_surface(surface, moved(pair.pt_local), weights[i]),
                     compare(surface, moved(pair.pt_local));
@@ -169,13 +199,16 @@ void SurfaceRows::take_planes()
 void SurfaceRows::take_lines()
 {
     const auto weights = expanded_weights(in_.pt2ln_weights, in_.paired_pt2ln.size());
+    std::vector<Vector3d> bases;
+    for (const auto& pair : in_.paired_pt2ln) bases.push_back(to_eigen(pair.ln_global.pBase));
+    const auto places = places_near(bases);
     for (size_t i = 0; i < weights.size(); i++)
     {
         const auto& pair = in_.paired_pt2ln[i];
         const Vector3d u(pair.ln_global.director[0], pair.ln_global.director[1], pair.ln_global.director[2]);
-        if (const Place place = place_near(to_eigen(pair.ln_global.pBase)); place.cloud)
+        if (places[i].cloud)
         {
-            const SurfaceAround surface = place.cloud->at(place.point);
+            const SurfaceAround& surface = places[i].surface;
             const bool contains =
                 surface.shape == SurfaceShape::Planar && perpendicular(surface.axes.col(0), u);
             if (contains || (surface.shape == SurfaceShape::Linear && parallel(surface.axes.col(2), u)))
@@ -192,15 +225,14 @@ void SurfaceRows::take_lines()
 bool SurfaceRows::take_edge(const Place& place, double voxel, const Vector3d& local, double weight)
 {
     const Vector3d here = coordinates(place.cloud->points(), place.point);
-    std::vector<SurfaceAround> beside;
+    std::vector<Vector3d> around;
     for (int axis = 0; axis < 3; axis++)
-        for (const double step : {-2.0, 2.0})
-        {
-            const auto point = place.cloud->point_near(here + step * voxel * Vector3d::Unit(axis), voxel);
-            if (!point) continue;
-            const SurfaceAround surface = place.cloud->at(*point);
-            if (surface.is_surface()) beside.push_back(surface);
-        }
+        for (const double step : {-2.0, 2.0}) around.push_back(here + step * voxel * Vector3d::Unit(axis));
+    std::vector<SurfaceAround> beside;
+    for (const uint32_t point : place.cloud->points_near(around, voxel))
+        if (point != NO_NEIGHBOR)
+            if (const SurfaceAround surface = place.cloud->at(point); surface.is_surface())
+                beside.push_back(surface);
     if (beside.empty()) return false;
     for (const auto& surface : beside)
         take_surface(surface, local, weight / static_cast<double>(beside.size()));
@@ -226,7 +258,8 @@ void SurfaceRows::take_surface(const SurfaceAround& s, const Vector3d& local, do
 
 void SurfaceRows::compare(const SurfaceAround& surface, const Vector3d& local)
 {
-    const Vector3d normal = surface.axes.col(surface.shape == SurfaceShape::Planar ? 0 : 1);
+    if (surface.shape != SurfaceShape::Planar) return;
+    const Vector3d normal = surface.axes.col(0);
     out_.distances.push_back({normal, normal.dot(local - surface.mean), surface.thickness});
 }
 
@@ -243,17 +276,18 @@ void SurfaceRows::add_plane(const Vector3d& normal, const Vector3d& at, const Ve
 }  // namespace
 
 SurfacePairings pairings_on_surfaces(const Pairings& pairings, const metric_map_t& global,
-                                     const std::set<layer_name_t>& layers, const mrpt::poses::CPose3D& pose)
+                                     const std::map<layer_name_t, double>& layers,
+                                     const mrpt::poses::CPose3D& pose)
 {
     return SurfaceRows(pairings, global, layers, pose).take();
 }
 
-CloudGrain grain_of(const metric_map_t& map, const std::set<layer_name_t>& layers)
+CloudGrain grain_of(const metric_map_t& map, const std::map<layer_name_t, double>& layers)
 {
     CloudGrain grain;
-    for (const auto& layer : layers)
+    for (const auto& [layer, voxel] : layers)
     {
-        const SurfaceScales cloud(map, layer);
+        const SurfaceScales cloud(map, layer, voxel);
         grain.spacing = std::max(grain.spacing, cloud.spacing());
         grain.thickness = std::max(grain.thickness, cloud.typical_thickness());
     }

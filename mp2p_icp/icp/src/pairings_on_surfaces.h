@@ -4,7 +4,7 @@
 #include <mp2p_icp/metricmap.h>
 #include <mrpt/poses/CPose3D.h>
 
-#include <set>
+#include <map>
 #include <vector>
 
 #include "surface_agreement.h"
@@ -16,7 +16,9 @@ struct SurfacePairings
 {
     Pairings pairings;
     Pairings feigned;  ///< the errors of their normals and directions, see ObservabilityParameters::feigned
-    std::vector<SurfaceDistance> distances;  ///< of the points that are paired with surfaces of clouds
+    /// Of the points that are paired with planes of clouds. Not with the walls of a 2-D scan: two or three
+    /// beams in a row, or what was filled in between them, look thinner than the laser's noise.
+    std::vector<SurfaceDistance> distances;
     double spacing = 0;  ///< typical distance of neighbours in the widest-spaced of the layers, m
 };
 
@@ -31,17 +33,19 @@ struct SurfacePairings
  *
  * Pairings of primitives of the maps are left as they are.
  *
- * \param layers of the global map, those with which points were paired \param pose of local with respect to
- * global, for the pairings. All in stored coordinates.
+ * \param layers of the global map, those with which points were paired; with the side (m) of the voxels in
+ * which their surfaces were seen already, 0 if in none \param pose of local with respect to global, for the
+ * pairings. All in stored coordinates.
  */
 SurfacePairings pairings_on_surfaces(const Pairings& pairings, const metric_map_t& global,
-                                     const std::set<layer_name_t>& layers, const mrpt::poses::CPose3D& pose);
+                                     const std::map<layer_name_t, double>& layers,
+                                     const mrpt::poses::CPose3D& pose);
 
 /// Of the clouds of a map, m: the largest typical distance of neighbours, and rms thickness of surfaces.
 struct CloudGrain
 {
     double spacing = 0, thickness = 0;
 };
-CloudGrain grain_of(const metric_map_t& map, const std::set<layer_name_t>& layers);
+CloudGrain grain_of(const metric_map_t& map, const std::map<layer_name_t, double>& layers);
 
 }  // namespace mp2p_icp

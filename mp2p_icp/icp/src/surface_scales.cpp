@@ -1,14 +1,17 @@
 #include "surface_scales.h"
 
+#include <mp2p_icp/parallel.h>
+
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
+#include <optional>
 
 namespace mp2p_icp
 {
 namespace
 {
-constexpr size_t SIZES = 4;
 constexpr uint32_t LEAST_POINTS = 6;
 /// Of variances: a surface is at least three times as wide as it is thick, or bent. What that makes uncertain
 /// of its normal is in `tilt`.
@@ -26,18 +29,20 @@ constexpr uint32_t BODY_VOXELS = 10;
 constexpr uint32_t FILLED_VOXELS = 7;
 /// Where it is sparser, the next larger neighbourhood must agree to within some 8 degrees.
 constexpr double SAME_NORMAL = 0.99;
-/** How many of the points of a neighbourhood count as independent measurements of its tilt: a third, 3 to 6,
- * as neighbours share what is wrong with them: averages of the same voxels, curvature. In a 2-D scan 3:
- * points that are interpolated between beams may be most.
+/** How many of the points of a neighbourhood count as independent measurements of its tilt: those that the
+ * plane fitted to them leaves over, 3 to 8, as neighbours share what is wrong with them: averages of the same
+ * voxels, curvature. In a 2-D scan 3: points that are interpolated between beams may be most.
  */
 double independent_points(uint32_t count, bool flat)
 {
-    return flat ? 3 : std::clamp(count / 3.0, 3.0, 6.0);
+    return flat ? 3 : std::clamp(count - 3.0, 3.0, 8.0);
 }
 
 /// Side of the smallest voxels, in typical distances between neighbours: (3 * 1.2)^2 = 13 points of a surface
 /// in 3x3.
 constexpr double VOXEL_OVER_SPACING = 1.2;
+/// Voxels that differ by less than this from it are as good.
+constexpr double NEAR_ENOUGH = 0.5;
 
 /// Of how many points medians are taken.
 constexpr size_t LOOKED_AT = 256;
@@ -77,38 +82,32 @@ double typical_spacing(const PointView& points, const NearestNeighborIndex& inde
 
 }  // namespace
 
-SurfaceScales::SurfaceScales(const metric_map_t& map, const layer_name_t& layer)
-    : points_(map.point_layer(layer)),
-      index_(map.nn_index(layer)),
-      map_(map),
-      layer_(layer),
-      flat_(is_flat(*index_))
+SurfaceScales::SurfaceScales(const metric_map_t& map, const layer_name_t& layer, double voxel_in_use)
+    : points_(map.point_layer(layer)), index_(map.nn_index(layer)), flat_(is_flat(*index_))
 {
-    smallest_voxel_ = VOXEL_OVER_SPACING * typical_spacing(PointView(*points_), *index_);
+    spacing_ = typical_spacing(PointView(*points_), *index_);
+    smallest_voxel_ = VOXEL_OVER_SPACING * spacing_;
+    const double ratio = voxel_in_use / smallest_voxel_;  // NaN without points
+    if (ratio > NEAR_ENOUGH && ratio < 1 / NEAR_ENOUGH) smallest_voxel_ = voxel_in_use;
+    if (!(smallest_voxel_ > 0)) return;
+    std::vector<std::function<void()>> tasks;
+    for (size_t k = 0; k < sizes_.size(); k++)
+        tasks.emplace_back([&, k]() { sizes_[k] = map.voxel_surfaces(layer, side(k)); });
+    run_all(tasks);
 }
 
 const VoxelSurface& SurfaceScales::surface(size_t size, uint32_t point) const
 {
-    while (sizes_.size() <= size)
-    {
-        const double side = std::ldexp(smallest_voxel_, static_cast<int>(sizes_.size()));
-        const auto voxels = map_.voxels(layer_, side);
-        sizes_.push_back({voxels, std::vector<std::optional<VoxelSurface>>(voxels->voxel_count())});
-    }
-    Size& s = sizes_[size];
     static const VoxelSurface NOTHING;
-    const uint32_t voxel = s.voxels->voxel_of_point()[point];
-    if (voxel == NO_NEIGHBOR) return NOTHING;
-    auto& known = s.surfaces[voxel];
-    if (!known) known = s.voxels->surface(voxel);
-    return *known;
+    const uint32_t voxel = sizes_[size]->voxel_of_point[point];
+    return voxel == NO_NEIGHBOR ? NOTHING : sizes_[size]->of_voxel[voxel];
 }
 
 SurfaceAround SurfaceScales::at(uint32_t point) const
 {
     SurfaceAround first;                // at the smallest size at which there is something
     std::optional<SurfaceAround> thin;  // a plane that was seen too sparsely to be sure
-    for (size_t k = 0; k < SIZES && smallest_voxel_ > 0; k++)
+    for (size_t k = 0; k < sizes_.size() && smallest_voxel_ > 0; k++)
     {
         const SurfaceAround seen = judged(k, point);
         if (seen.shape == SurfaceShape::Planar)
@@ -127,7 +126,7 @@ SurfaceAround SurfaceScales::at(uint32_t point) const
 
 SurfaceAround SurfaceScales::surest(SurfaceAround plane, size_t next_size, uint32_t point) const
 {
-    for (size_t k = next_size; k < SIZES; k++)
+    for (size_t k = next_size; k < sizes_.size(); k++)
     {
         const SurfaceAround larger = judged(k, point);
         if (larger.shape != SurfaceShape::Planar || !same_plane(plane, larger)) break;
@@ -140,7 +139,7 @@ SurfaceAround SurfaceScales::judged(size_t size, uint32_t point) const
 {
     const VoxelSurface& s = surface(size, point);
     SurfaceAround out;
-    out.voxel = sizes_[size].voxels->options().voxel_size;
+    out.voxel = side(size);
     const Eigen::Vector3d e(double(s.eigenvalues[0]), double(s.eigenvalues[1]), double(s.eigenvalues[2]));
     if (s.count < LEAST_POINTS || !(e[2] > 0)) return out;
     Eigen::Vector3d normal(double(s.nx), double(s.ny), double(s.nz)),
@@ -165,11 +164,6 @@ SurfaceAround SurfaceScales::judged(size_t size, uint32_t point) const
     return out;
 }
 
-double SurfaceScales::spacing() const
-{
-    return smallest_voxel_ / VOXEL_OVER_SPACING;
-}
-
 double SurfaceScales::typical_thickness() const
 {
     std::vector<double> found;
@@ -183,15 +177,21 @@ double SurfaceScales::typical_thickness() const
     return *middle;
 }
 
-std::optional<uint32_t> SurfaceScales::point_near(const Eigen::Vector3d& place, double distance) const
+std::vector<uint32_t> SurfaceScales::points_near(const std::vector<Eigen::Vector3d>& places,
+                                                 double distance) const
 {
-    PointArrays query;
-    query.x = {float(place.x())}, query.y = {float(place.y())}, query.z = {float(place.z())};
-    const float reach_sq = static_cast<float>(distance * distance);
-    uint32_t id = NO_NEIGHBOR;
-    float dist_sq = 0;
-    index_->nearest(query, 0, 1, 1, &reach_sq, &id, &dist_sq);
-    return id == NO_NEIGHBOR ? std::nullopt : std::optional(id);
+    PointArrays queries;
+    queries.resize(places.size());
+    for (size_t i = 0; i < places.size(); i++)
+        queries.x[i] = float(places[i].x()), queries.y[i] = float(places[i].y()),
+        queries.z[i] = float(places[i].z());
+    const std::vector<float> reach_sq(places.size(), static_cast<float>(distance * distance));
+    std::vector<uint32_t> ids(places.size());
+    std::vector<float> dist_sq(places.size());
+    parallel_for_blocks(
+        places.size(), [&](size_t first, size_t last)
+        { index_->nearest(queries, first, last, 1, reach_sq.data(), ids.data(), dist_sq.data()); });
+    return ids;
 }
 
 }  // namespace mp2p_icp

@@ -3,7 +3,8 @@
 #include <mp2p_icp/metricmap.h>
 
 #include <Eigen/Dense>
-#include <optional>
+#include <array>
+#include <cmath>
 #include <vector>
 
 namespace mp2p_icp
@@ -32,42 +33,36 @@ struct SurfaceAround
  * no plane at any size is `Other`. Of a cloud whose points all have one height (a 2-D scan), what is linear
  * is a wall, and nothing is planar.
  *
- * The voxels are kept beside the layer: they are found at the first look at a map, which takes about a
- * quarter of a microsecond per point; each place that is looked at takes about a microsecond.
+ * The surfaces are kept beside the layer: they are found at the first look at a map, which takes about a
+ * quarter of a microsecond per point. Then any number of threads may look.
  */
 class SurfaceScales
 {
  public:
-    SurfaceScales(const metric_map_t& map, const layer_name_t& layer);
+    /// \param voxel_in_use side of voxels (m) whose local surfaces the map has already, 0 if none: the
+    /// smallest neighbourhoods are these, if their size will do
+    SurfaceScales(const metric_map_t& map, const layer_name_t& layer, double voxel_in_use);
 
     SurfaceAround at(uint32_t point) const;
-    /// The point nearest to a place; empty if there is none nearer than `distance` (m).
-    std::optional<uint32_t> point_near(const Eigen::Vector3d& place, double distance) const;
-    /// The side of the voxels of the smallest neighbourhoods, m; 0 if there are too few points for any.
-    double smallest_voxel() const { return smallest_voxel_; }
+    /// The points nearest to places; NO_NEIGHBOR where there is none nearer than `distance` (m).
+    std::vector<uint32_t> points_near(const std::vector<Eigen::Vector3d>& places, double distance) const;
     const mrpt::maps::CPointsMap& points() const { return *points_; }
     /// The median distance of a point to its nearest neighbour, m; 0 without any.
-    double spacing() const;
+    double spacing() const { return spacing_; }
     /// The median thickness of its surfaces at the smallest size, m, over some of the points; 0 without any.
     double typical_thickness() const;
 
  private:
     const VoxelSurface& surface(size_t size, uint32_t point) const;
+    double side(size_t size) const { return std::ldexp(smallest_voxel_, static_cast<int>(size)); }
     SurfaceAround judged(size_t size, uint32_t point) const;
     /// Of this plane and those of larger sizes that agree with it, the one whose normal is known best.
     SurfaceAround surest(SurfaceAround plane, size_t next_size, uint32_t point) const;
 
     mrpt::maps::CPointsMap::ConstPtr points_;
     NearestNeighborIndex::ConstPtr index_;
-    const metric_map_t& map_;
-    layer_name_t layer_;
-    struct Size
-    {
-        std::shared_ptr<const BlockGrid> voxels;
-        std::vector<std::optional<VoxelSurface>> surfaces;
-    };
-    mutable std::vector<Size> sizes_;  ///< as far as they were needed
-    double smallest_voxel_ = 0;
+    std::array<std::shared_ptr<const SurfacesOfVoxels>, 4> sizes_;
+    double spacing_ = 0, smallest_voxel_ = 0;
     bool flat_ = false;
 };
 

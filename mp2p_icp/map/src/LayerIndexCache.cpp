@@ -8,27 +8,31 @@ namespace mp2p_icp
 {
 namespace
 {
-uint64_t mix(uint64_t hash, const mrpt::aligned_std_vector<float>& values)
+uint64_t mixed(uint64_t hash, uint64_t value)
 {
-    for (const float v : values)
-    {
-        uint32_t bits = 0;
-        std::memcpy(&bits, &v, sizeof(bits));
-        hash = (hash ^ bits) * 0x9E3779B97F4A7C15u;
-        hash ^= hash >> 29;
-    }
-    return hash;
+    hash = (hash ^ value) * 0x9E3779B97F4A7C15u;
+    return hash ^ hash >> 29;
+}
+
+/// Two coordinates, or the last one.
+uint64_t two_at(const mrpt::aligned_std_vector<float>& values, size_t i)
+{
+    uint64_t bits = 0;
+    std::memcpy(&bits, &values[i], i + 1 < values.size() ? 8 : 4);
+    return bits;
 }
 }  // namespace
 
 uint64_t coordinates_fingerprint(const mrpt::maps::CPointsMap& points)
 {
+    const auto &x = points.getPointsBufferRef_x(), &y = points.getPointsBufferRef_y(),
+               &z = points.getPointsBufferRef_z();
     // Also where the buffers stand: an index reads them in place.
-    const auto& x = points.getPointsBufferRef_x();
-    uint64_t hash = x.size() ^ reinterpret_cast<uintptr_t>(x.data());
-    hash = mix(hash, x);
-    hash = mix(hash, points.getPointsBufferRef_y());
-    return mix(hash, points.getPointsBufferRef_z());
+    uint64_t of_x = x.size() ^ reinterpret_cast<uintptr_t>(x.data()), of_y = 1, of_z = 2;
+    // Three chains side by side: each waits for its own multiplications.
+    for (size_t i = 0; i < x.size(); i += 2)
+        of_x = mixed(of_x, two_at(x, i)), of_y = mixed(of_y, two_at(y, i)), of_z = mixed(of_z, two_at(z, i));
+    return mixed(mixed(of_x, of_y), of_z);
 }
 
 // ---- Beside the layers ------------------------------------------------------------------------------------
@@ -41,12 +45,13 @@ NearestNeighborIndex::ConstPtr metric_map_t::nn_index(const layer_name_t& name,
                                  [&]() { return make_nn_index(points, leaf_max_points); });
 }
 
-std::shared_ptr<const BlockGrid> metric_map_t::voxels(const layer_name_t& name, double side) const
+std::shared_ptr<const SurfacesOfVoxels> metric_map_t::voxel_surfaces(const layer_name_t& name,
+                                                                     double side) const
 {
     const auto points = point_layer(name);
-    return indexes_->voxels.get(name, *points, side,
-                                [&]()
-                                { return std::make_shared<BlockGrid>(voxels_with_moments(*points, side)); });
+    const auto make = [&]()
+    { return std::make_shared<SurfacesOfVoxels>(mp2p_icp::voxel_surfaces(*points, side)); };
+    return indexes_->voxel_surfaces.get(name, *points, side, make);
 }
 
 LocalSurfaces::ConstPtr metric_map_t::local_surfaces(const layer_name_t& name,
@@ -56,8 +61,9 @@ LocalSurfaces::ConstPtr metric_map_t::local_surfaces(const layer_name_t& name,
     const auto points = point_layer(name);
     const auto make = [&]()
     {
-        const auto index = options.voxel > 0 ? nullptr : nn_index(name, leaf_max_points);
-        return compute_local_surfaces(*points, index.get(), options);
+        if (options.voxel > 0)
+            return local_surfaces_of(*points, *voxel_surfaces(name, options.voxel), options);
+        return compute_local_surfaces(*points, nn_index(name, leaf_max_points).get(), options);
     };
     return indexes_->surfaces.get(name, *points, options, make);
 }

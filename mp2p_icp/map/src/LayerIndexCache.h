@@ -68,7 +68,7 @@ struct LayerIndexCache
 {
     KeptBesideLayers<uint32_t, NearestNeighborIndex> indexes;  ///< by leaf size
     KeptBesideLayers<LocalSurfaceOptions, LocalSurfaces> surfaces;
-    KeptBesideLayers<double, BlockGrid> voxels;  ///< by their side, m
+    KeptBesideLayers<double, SurfacesOfVoxels> voxel_surfaces;  ///< by the voxels' side, m
 };
 
 }  // namespace mp2p_icp

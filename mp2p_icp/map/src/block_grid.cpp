@@ -33,11 +33,15 @@ void BlockGrid::rebuild(const PointView& points, const BlockGridOptions& options
     }
 }
 
-BlockGrid voxels_with_moments(const PointView& points, double side)
+SurfacesOfVoxels voxel_surfaces(const PointView& points, double side)
 {
     BlockGridOptions options;
     options.voxel_size = side, options.elements = GridElements::None, options.moments = true;
-    return BlockGrid(points, options);
+    const BlockGrid grid(points, options);
+    SurfacesOfVoxels out;
+    out.voxel_of_point = grid.voxel_of_point();
+    grid.surfaces(out.of_voxel);
+    return out;
 }
 
 const BlockGridOptions& BlockGrid::options() const
@@ -87,10 +91,6 @@ size_t BlockGrid::voxel_count() const
 const std::vector<uint32_t>& BlockGrid::point_counts() const
 {
     return data_->point_counts;
-}
-const std::vector<uint32_t>& BlockGrid::first_points() const
-{
-    return data_->first_points;
 }
 const std::vector<uint32_t>& BlockGrid::voxel_of_point() const
 {

@@ -40,18 +40,33 @@ void find_cells_in_blocks(const ChunkCells& c, size_t count, uint8_t* cell_in_bl
             static_cast<uint8_t>((c.cell[0][k] & 3) | (c.cell[1][k] & 3) << 2 | (c.cell[2][k] & 3) << 4);
 }
 
+/// The blocks of the points of a chunk.
+struct ChunkBlocks
+{
+    int32_t x[CELL_CHUNK], y[CELL_CHUNK], z[CELL_CHUNK];
+    uint32_t hash[CELL_CHUNK];
+};
+
 /// The block of each point of a chunk. \return how many have one
 size_t find_blocks(const ChunkCells& c, size_t count, BlockTable& table, uint32_t* block_of_point)
 {
-    size_t found = 0;
+    ChunkBlocks blocks;
     for (size_t k = 0; k < count; k++)
     {
-        const int32_t x = c.cell[0][k], y = c.cell[1][k], z = c.cell[2][k];
-        const bool is_there = x != NO_CELL;
-        block_of_point[k] = is_there ? table.find_or_add({x >> 2, y >> 2, z >> 2}) : NO_BLOCK;
-        found += is_there;
+        blocks.x[k] = c.cell[0][k] >> 2, blocks.y[k] = c.cell[1][k] >> 2, blocks.z[k] = c.cell[2][k] >> 2;
+        blocks.hash[k] = BlockTable::hash_of(blocks.x[k], blocks.y[k], blocks.z[k]);
     }
-    return found;
+    size_t left_out = 0;
+    for (size_t k = 0; k < count; k++)
+    {
+        block_of_point[k] = table.find({blocks.x[k], blocks.y[k], blocks.z[k]}, blocks.hash[k]);
+        if (block_of_point[k] != NO_BLOCK) continue;
+        if (c.cell[0][k] == NO_CELL)
+            left_out++;
+        else
+            block_of_point[k] = table.add({blocks.x[k], blocks.y[k], blocks.z[k]});
+    }
+    return count - left_out;
 }
 
 void mark_voxels(const uint32_t* block_of_point, const uint8_t* cell_in_block, size_t count, uint64_t* masks)
@@ -96,7 +111,6 @@ void number_voxels(BlockGridData& d)
         d.voxel_masks[b] = d.scratch.masks[old];
         d.first_voxel[b] = voxel;
         BlockRows& rows = d.scratch.rows[old];
-        rows.centre = block_centre(d.frame, d.table[static_cast<uint32_t>(b)]);
         rows.first_voxel = voxel;
         uint32_t before = 0;
         for (size_t r = 0; r < 8; r++)
@@ -139,8 +153,7 @@ void sum_voxels(const PointView& points, BlockGridData& d)
 {
     const size_t voxels = d.first_voxel.back();
     d.sums.assign(voxels * SUMS, 0.0);
-    d.first_points.assign(voxels, std::numeric_limits<uint32_t>::max());
-    const double scale = d.frame.inverse_side;
+    const double middle[3] = {d.frame.middle(0), d.frame.middle(1), d.frame.middle(2)};
     for (size_t i = 0; i < points.size; i++)
     {
         const uint32_t block = d.voxel_of_point[i];
@@ -148,10 +161,8 @@ void sum_voxels(const PointView& points, BlockGridData& d)
         const BlockRows& rows = d.scratch.rows[block];
         const uint32_t voxel = voxel_at(rows, d.scratch.cell_in_block[i]);
         d.voxel_of_point[i] = voxel;
-        d.first_points[voxel] = std::min(d.first_points[voxel], static_cast<uint32_t>(i));
-        add_point<SUMS>(&d.sums[voxel * SUMS], double(points.x[i]) * scale - rows.centre[0],
-                        double(points.y[i]) * scale - rows.centre[1],
-                        double(points.z[i]) * scale - rows.centre[2]);
+        add_point<SUMS>(&d.sums[voxel * SUMS], double(points.x[i]) - middle[0],
+                        double(points.y[i]) - middle[1], double(points.z[i]) - middle[2]);
     }
 }
 static_assert(NO_BLOCK == NO_NEIGHBOR, "left out points keep it");
@@ -174,16 +185,12 @@ void compute_means(BlockGridData& d)
     const size_t stride = sums_per_voxel(d.options);
     d.means.resize(d.first_voxel.back());
     float* const mean[3] = {d.means.x.data(), d.means.y.data(), d.means.z.data()};
-    for (uint32_t b = 0; b < d.table.size(); b++)
-    {
-        const auto centre = block_centre(d.frame, d.table[b]);
-        for (size_t v = d.first_voxel[b]; v < d.first_voxel[b + 1]; v++)
-            for (size_t a = 0; a < 3; a++)
-            {
-                const double in_block = d.sums[v * stride + 1 + a] / d.sums[v * stride];
-                mean[a][v] = static_cast<float>((in_block + centre[a]) * d.frame.side);
-            }
-    }
+    for (size_t v = 0; v < d.means.size(); v++)
+        for (int a = 0; a < 3; a++)
+        {
+            const double from_middle = d.sums[v * stride + 1 + static_cast<size_t>(a)] / d.sums[v * stride];
+            mean[a][v] = static_cast<float>(from_middle + d.frame.middle(a));
+        }
 }
 
 /// Room for `count(block)` elements in each block.
@@ -250,11 +257,22 @@ void put_points_into_slots(const PointView& points, BlockGridData& d)
     for (uint32_t b = 0; b < blocks; b++) fill_up(d.slots, next[b], d.slots.first[b + 1]);
 }
 
+void order_voxels(BlockGridData& d)
+{
+    d.orders.resize(d.table.size());
+    for (size_t b = 0; b < d.orders.size(); b++)
+    {
+        uint8_t order = 0;
+        for (uint64_t left = d.voxel_masks[b]; left; left &= left - 1)
+            d.orders[b][static_cast<size_t>(__builtin_ctzll(left))] = order++;
+    }
+}
+
 void sum_all_voxels(const PointView& points, BlockGridData& d)
 {
     number_voxels(d);
     if (d.options.moments)
-        sum_voxels<SUMS_WITH_MOMENTS>(points, d);
+        order_voxels(d), sum_voxels<SUMS_WITH_MOMENTS>(points, d);
     else
         sum_voxels<SUMS_WITHOUT_MOMENTS>(points, d);
     count_points(d);
@@ -265,9 +283,9 @@ void BlockGridData::clear()
 {
     size = skipped_points = 0;
     table.clear();
-    voxel_masks.clear(), first_voxel.assign(1, 0), sums.clear();
+    voxel_masks.clear(), first_voxel.assign(1, 0), orders.clear(), sums.clear();
     means.resize(0);
-    point_counts.clear(), first_points.clear(), voxel_of_point.clear();
+    point_counts.clear(), voxel_of_point.clear();
     for (auto* v : {&slots.x, &slots.y, &slots.z}) v->clear();
     slots.id.clear(), slots.first.assign(1, 0);
     boxes.build({});

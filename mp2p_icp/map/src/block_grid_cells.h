@@ -2,6 +2,7 @@
 
 #include <mp2p_icp/block_grid.h>
 
+#include <cfloat>
 #include <cstdint>
 
 namespace mp2p_icp
@@ -40,6 +41,13 @@ struct CellFrame
 
     CellFrame() = default;
     CellFrame(double side, const PointView& points);
+
+    /// Near the middle of the cloud, m; a float, so that the way to a point from there is exact.
+    double middle(int axis) const
+    {
+        const double metres = (corner[axis] + CELL_COUNT / 2) * side;
+        return double(static_cast<float>(smaller(larger(metres, -double(FLT_MAX)), double(FLT_MAX))));
+    }
 
     /// The coordinate in cells from the corner, limited to the numbered cells.
     double position(float coordinate, int axis) const

@@ -25,20 +25,22 @@ struct ElementSlots
     std::vector<uint32_t> first;  ///< of each block, and the end
 };
 
-/** Sums over the points of a voxel, in cells from the centre of its block, where they are small: number, x,
- * y, z, and with moments xx, xy, xz, yy, yz, zz.
+/** Sums over the points of a voxel, in metres from the middle of the frame: number, x, y, z, and with moments
+ * xx, xy, xz, yy, yz, zz. Far from the middle, too, a covariance loses less by them than by the rounding of
+ * the points, which are float: 2^-53 x^2 against (2^-24 x)^2 / 12.
  */
 constexpr size_t SUMS_WITHOUT_MOMENTS = 4, SUMS_WITH_MOMENTS = 10;
 
-/// What summing needs of a block, in one cache line. Its occupied voxels by rows of eight (cells are x + 4 y
-/// + 16 z).
-struct alignas(64) BlockRows
+/// The occupied voxels of a block by rows of eight (cells are x + 4 y + 16 z).
+struct BlockRows
 {
-    std::array<double, 3> centre{};  ///< cells from zero
     uint32_t first_voxel = 0;
     std::array<uint8_t, 8> before{};  ///< how many in the rows before
     std::array<uint8_t, 8> occupied{};
 };
+
+/// Of the occupied cells of a block, by cell, which voxel of the block each is.
+using VoxelOrder = std::array<uint8_t, 64>;
 
 /// What rebuild() needs meanwhile; kept for the next time.
 struct BuildScratch
@@ -60,9 +62,10 @@ struct BlockGridData
 
     std::vector<uint64_t> voxel_masks;  ///< of each block: its occupied cells
     std::vector<uint32_t> first_voxel;  ///< of each block, and the end
+    std::vector<VoxelOrder> orders;     ///< of each block, with moments
     std::vector<double> sums;           ///< of each voxel
-    PointArrays means;                  ///< of each voxel, as are the next two
-    std::vector<uint32_t> point_counts, first_points;
+    PointArrays means;                  ///< of each voxel, as is the next one
+    std::vector<uint32_t> point_counts;
     std::vector<uint32_t> voxel_of_point;
 
     ElementSlots slots;
@@ -74,12 +77,5 @@ struct BlockGridData
     void clear();
     void build(const PointView& points, const BlockGridOptions& new_options);
 };
-
-/// The middle of a block, in cells from zero.
-inline std::array<double, 3> block_centre(const CellFrame& frame, const BlockCoord& b)
-{
-    return {4.0 * b.x + 2 + frame.corner[0], 4.0 * b.y + 2 + frame.corner[1],
-            4.0 * b.z + 2 + frame.corner[2]};
-}
 
 }  // namespace mp2p_icp

@@ -28,22 +28,6 @@ uint32_t count_bits(uint64_t v)
     return static_cast<uint32_t>(v * 0x0101010101010101u >> 56);
 }
 
-/// The sums of the same points from a place that is (dx, dy, dz) further down.
-VoxelSums moved_sums(const double* s, double dx, double dy, double dz)
-{
-    const double n = s[0];
-    return {n,
-            s[1] + n * dx,
-            s[2] + n * dy,
-            s[3] + n * dz,
-            s[4] + dx * (2 * s[1] + n * dx),
-            s[5] + dx * s[2] + dy * s[1] + n * dx * dy,
-            s[6] + dx * s[3] + dz * s[1] + n * dx * dz,
-            s[7] + dy * (2 * s[2] + n * dy),
-            s[8] + dy * s[3] + dz * s[2] + n * dy * dz,
-            s[9] + dz * (2 * s[3] + n * dz)};
-}
-
 /// Some cells of one of the 27 blocks around a block.
 struct CellsOfBlock
 {
@@ -89,8 +73,7 @@ class BlockAmongOthers
         others_[13] = block;
     }
 
-    /// Over the 3x3x3 voxels around a cell of the block, from the block's centre. \param voxels how many of
-    /// them have points
+    /// Over the 3x3x3 voxels around a cell of the block. \param voxels how many of them have points
     VoxelSums sum_around(int cell, uint32_t& voxels)
     {
         static const CellsAround around;
@@ -103,8 +86,7 @@ class BlockAmongOthers
             const uint64_t wanted = d_.voxel_masks[block] & part.cells;
             if (!wanted) continue;
             voxels += count_bits(wanted);
-            const VoxelSums there = sum_of(block, wanted);
-            add(sum, (part.block == 13 ? there : moved(there, part.block)).data());
+            add_all(block, wanted, sum);
         }
         return sum;
     }
@@ -130,27 +112,22 @@ class BlockAmongOthers
 
     static void add(VoxelSums& to, const double* from)
     {
-        for (size_t k = 0; k < SUMS_WITH_MOMENTS; k++) to[k] += from[k];
-    }
-
-    /// From the centre of the block they are in.
-    VoxelSums sum_of(uint32_t block, uint64_t cells) const
-    {
-        VoxelSums sum{};
-        const uint64_t occupied = d_.voxel_masks[block];
-        for (; cells; cells &= cells - 1)
+        static_assert(SUMS_WITH_MOMENTS % 2 == 0, "two at a time");
+        for (size_t k = 0; k < SUMS_WITH_MOMENTS; k += 2)
         {
-            const uint64_t below = (cells & -cells) - 1;
-            const size_t voxel = d_.first_voxel[block] + count_bits(occupied & below);
-            add(sum, &d_.sums[voxel * SUMS_WITH_MOMENTS]);
+            Double2 sum, more;
+            std::memcpy(&sum, &to[k], sizeof(sum)), std::memcpy(&more, from + k, sizeof(more));
+            sum += more;
+            std::memcpy(&to[k], &sum, sizeof(sum));
         }
-        return sum;
     }
 
-    static VoxelSums moved(const VoxelSums& sums, size_t n)
+    void add_all(uint32_t block, uint64_t cells, VoxelSums& to) const
     {
-        const auto step = step_to(n);
-        return moved_sums(sums.data(), 4 * step[0], 4 * step[1], 4 * step[2]);
+        const VoxelOrder& order = d_.orders[block];
+        const double* const sums = &d_.sums[d_.first_voxel[block] * SUMS_WITH_MOMENTS];
+        for (; cells; cells &= cells - 1)
+            add(to, sums + order[static_cast<size_t>(__builtin_ctzll(cells))] * SUMS_WITH_MOMENTS);
     }
 
     const BlockGridData& d_;
@@ -162,12 +139,13 @@ class BlockAmongOthers
 class SurfaceWriter
 {
  public:
-    SurfaceWriter(VoxelSurface* out, double side, double min_spread)
-        : out_(out), side_(side), side_sq_(side * side), min_spread_(min_spread * side * side)
+    SurfaceWriter(VoxelSurface* out, const CellFrame& frame, double min_spread)
+        : out_(out),
+          middle_{frame.middle(0), frame.middle(1), frame.middle(2)},
+          min_spread_(min_spread * frame.side * frame.side)
     {
     }
-    /// \param centre from which the sums count, in cells from zero
-    void add(const VoxelSums& s, uint32_t voxels, const std::array<double, 3>& centre)
+    void add(const VoxelSums& s, uint32_t voxels)
     {
         const double n = s[0], share = 1 / n, x = s[1] * share, y = s[2] * share, z = s[3] * share;
         const size_t i = batch_.size++;
@@ -175,7 +153,7 @@ class SurfaceWriter
         batch_.xz.set(i, s[6] * share - x * z), batch_.yy.set(i, s[7] * share - y * y);
         batch_.yz.set(i, s[8] * share - y * z), batch_.zz.set(i, s[9] * share - z * z);
         count_[i] = static_cast<uint32_t>(n), voxels_[i] = voxels;
-        mean_[0][i] = centre[0] + x, mean_[1][i] = centre[1] + y, mean_[2][i] = centre[2] + z;
+        mean_[0][i] = middle_[0] + x, mean_[1][i] = middle_[1] + y, mean_[2][i] = middle_[2] + z;
         if (batch_.size == BatchNumbers::MAX) flush();
     }
     void flush()
@@ -190,19 +168,14 @@ class SurfaceWriter
     {
         VoxelSurface s;
         s.count = count_[i], s.voxels = voxels_[i];
-        double values[3];
-        for (size_t v = 0; v < 3; v++)
-        {
-            values[v] = eigen_.values[v][i] * side_sq_;
-            s.eigenvalues[v] = static_cast<float>(values[v]);
-        }
-        s.mean_x = static_cast<float>(mean_[0][i] * side_);
-        s.mean_y = static_cast<float>(mean_[1][i] * side_);
-        s.mean_z = static_cast<float>(mean_[2][i] * side_);
+        for (size_t v = 0; v < 3; v++) s.eigenvalues[v] = static_cast<float>(eigen_.values[v][i]);
+        s.mean_x = static_cast<float>(mean_[0][i]);
+        s.mean_y = static_cast<float>(mean_[1][i]);
+        s.mean_z = static_cast<float>(mean_[2][i]);
         s.dx = static_cast<float>(eigen_.direction[0][i]);
         s.dy = static_cast<float>(eigen_.direction[1][i]);
         s.dz = static_cast<float>(eigen_.direction[2][i]);
-        if (s.count < 3 || !(values[1] >= min_spread_)) return s;
+        if (s.count < 3 || !(eigen_.values[1][i] >= min_spread_)) return s;
         s.nx = static_cast<float>(eigen_.normal[0][i]);
         s.ny = static_cast<float>(eigen_.normal[1][i]);
         s.nz = static_cast<float>(eigen_.normal[2][i]);
@@ -210,26 +183,26 @@ class SurfaceWriter
     }
 
     VoxelSurface* out_;
-    double side_, side_sq_, min_spread_;
+    std::array<double, 3> middle_;  ///< from which sums count, m
+    double min_spread_;             ///< m^2
     CovarianceBatch batch_;
     EigenBatch eigen_;
     std::array<uint32_t, BatchNumbers::MAX> count_, voxels_;
-    std::array<std::array<double, BatchNumbers::MAX>, 3> mean_;  ///< cells from zero
+    std::array<std::array<double, BatchNumbers::MAX>, 3> mean_;  ///< m
 };
 
 /// Writes the surfaces of all voxels of the blocks first ... last - 1.
 void write_surfaces(const BlockGridData& d, size_t first, size_t last, double min_spread, VoxelSurface* out)
 {
-    SurfaceWriter writer(out + d.first_voxel[first], d.frame.side, min_spread);
+    SurfaceWriter writer(out + d.first_voxel[first], d.frame, min_spread);
     for (size_t b = first; b < last; b++)
     {
         BlockAmongOthers block(d, static_cast<uint32_t>(b));
-        const auto centre = block_centre(d.frame, d.table[static_cast<uint32_t>(b)]);
         for (uint64_t left = d.voxel_masks[b]; left; left &= left - 1)
         {
             uint32_t voxels = 0;
             const VoxelSums sums = block.sum_around(__builtin_ctzll(left), voxels);
-            writer.add(sums, voxels, centre);
+            writer.add(sums, voxels);
         }
     }
     writer.flush();
@@ -240,12 +213,6 @@ size_t block_from(const BlockGridData& d, size_t voxel)
 {
     return static_cast<size_t>(std::lower_bound(d.first_voxel.begin(), d.first_voxel.end() - 1, voxel) -
                                d.first_voxel.begin());
-}
-
-uint32_t block_of_voxel(const BlockGridData& d, uint32_t voxel)
-{
-    const auto after = std::upper_bound(d.first_voxel.begin(), d.first_voxel.end(), voxel);
-    return static_cast<uint32_t>(after - d.first_voxel.begin() - 1);
 }
 }  // namespace
 
@@ -262,25 +229,6 @@ void BlockGrid::surfaces(std::vector<VoxelSurface>& out, double min_spread) cons
                             const size_t b0 = block_from(d, first), b1 = block_from(d, last);
                             if (b0 < b1) write_surfaces(d, b0, b1, min_spread, out.data());
                         });
-}
-
-VoxelSurface BlockGrid::surface(uint32_t voxel, double min_spread) const
-{
-    const BlockGridData& d = *data_;
-    if (!d.options.moments)
-        throw std::invalid_argument("BlockGrid::surface(): the grid was built without moments");
-    if (voxel >= voxel_count())
-        throw std::invalid_argument("BlockGrid::surface(): there is no voxel " + std::to_string(voxel));
-    const uint32_t b = block_of_voxel(d, voxel);
-    uint64_t cells = d.voxel_masks[b];
-    for (uint32_t before = d.first_voxel[b]; before < voxel; before++) cells &= cells - 1;
-    VoxelSurface out;
-    SurfaceWriter writer(&out, d.frame.side, min_spread);
-    uint32_t voxels = 0;
-    const VoxelSums sums = BlockAmongOthers(d, b).sum_around(__builtin_ctzll(cells), voxels);
-    writer.add(sums, voxels, block_centre(d.frame, d.table[b]));
-    writer.flush();
-    return out;
 }
 
 }  // namespace mp2p_icp

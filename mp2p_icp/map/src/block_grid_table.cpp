@@ -73,20 +73,18 @@ void BlockTable::clear()
 
 void BlockTable::fill_slots(size_t count)
 {
-    slots_.assign(count, Slot());
-    shift_ = 64;
-    while (size_t(1) << (64 - shift_) < count) shift_--;
-    for (uint32_t n = 0; n < blocks_.size(); n++) slots_[slot_of(blocks_[n])] = {blocks_[n], n};
+    slots_.assign(count, NO_BLOCK);
+    shift_ = 32;
+    while (size_t(1) << (32 - shift_) < count) shift_--;
+    for (uint32_t n = 0; n < blocks_.size(); n++) slots_[slot_of(blocks_[n])] = n;
 }
 
-uint32_t BlockTable::add(const BlockCoord& block, size_t slot)
+uint32_t BlockTable::add(const BlockCoord& block)
 {
     const auto number = static_cast<uint32_t>(blocks_.size());
+    if (4 * (blocks_.size() + 1) > slots_.size()) fill_slots(2 * slots_.size());
+    slots_[slot_of(block)] = number;
     blocks_.push_back(block);
-    if (4 * blocks_.size() > slots_.size())
-        fill_slots(2 * slots_.size());
-    else
-        slots_[slot] = {block, number};
     return number;
 }
 
@@ -104,8 +102,8 @@ void BlockTable::sort_along_curve(std::vector<uint32_t>& old_numbers)
         new_numbers[places[n].block] = n;
         blocks_[n] = old[places[n].block];
     }
-    for (Slot& s : slots_)
-        if (s.block != NO_BLOCK) s.block = new_numbers[s.block];
+    for (uint32_t& number : slots_)
+        if (number != NO_BLOCK) number = new_numbers[number];
 }
 
 }  // namespace mp2p_icp

@@ -127,30 +127,26 @@ LocalSurface as_local_surface(const VoxelSurface& v, const Eigen::Vector3f& poin
     s.count = v.count, s.voxels = v.voxels;
     return s;
 }
-
-LocalSurfaces::ConstPtr voxel_surfaces(const PointView& points, double side)
-{
-    const auto surfaces = std::make_shared<LocalSurfaces>();
-    surfaces->options = LocalSurfaceOptions::of_voxels(side);
-    auto& out = surfaces->of_point;
-    out.resize(points.size);
-    const BlockGrid grid = voxels_with_moments(points, side);
-    std::vector<VoxelSurface> of_voxel;
-    grid.surfaces(of_voxel);
-    const auto& voxel_of_point = grid.voxel_of_point();
-    for (size_t i = 0; i < points.size; i++)
-        if (voxel_of_point[i] != NO_NEIGHBOR)
-            out[i] = as_local_surface(of_voxel[voxel_of_point[i]], {points.x[i], points.y[i], points.z[i]});
-    return surfaces;
-}
 }  // namespace
+
+LocalSurfaces::ConstPtr local_surfaces_of(const PointView& points, const SurfacesOfVoxels& voxels,
+                                          const LocalSurfaceOptions& options)
+{
+    const auto out = std::make_shared<LocalSurfaces>();
+    out->options = options;
+    out->of_point.resize(points.size);
+    for (size_t i = 0; i < points.size; i++)
+        if (const uint32_t v = voxels.voxel_of_point[i]; v != NO_NEIGHBOR)
+            out->of_point[i] = as_local_surface(voxels.of_voxel[v], {points.x[i], points.y[i], points.z[i]});
+    return out;
+}
 
 LocalSurfaces::ConstPtr compute_local_surfaces(const mrpt::maps::CPointsMap& points,
                                                const NearestNeighborIndex* index,
                                                const LocalSurfaceOptions& options)
 {
     check(options);
-    if (options.voxel > 0) return voxel_surfaces(points, options.voxel);
+    if (options.voxel > 0) return local_surfaces_of(points, voxel_surfaces(points, options.voxel), options);
     if (!index) throw std::invalid_argument("local surfaces: neighbours need an index");
     if (index->size() != points.size())
         throw std::invalid_argument("local surfaces: the index is of " + std::to_string(index->size()) +

@@ -72,14 +72,14 @@ SurfaceScratch& Matcher_Point2Plane::chosen_planes(const layer_name_t& globalLay
     choice.max_plane_distance = distance;
     if (localPointMustFitPlaneToo)
     {
-        if (s.local_planar.empty()) s.local_planar = planar_points(*s.local, choice.limits);
+        if (!s.local_planar) s.local_planar = planar_points(*s.local, choice.limits);
         choice.agreement = NormalAgreement{rotation_of(localPose), localToGlobalPlaneMinAbsCosine, {}, {}};
         if (sensorAtOrigin)
             choice.agreement->global_sensor = sensor_of(state.pcGlobal),
             choice.agreement->local_sensor = sensor_of(state.pcLocal);
     }
     transform_local_to_global(localLayer, localPose, state, s.nearest.local,
-                              localPointMustFitPlaneToo ? &s.local_planar : nullptr);
+                              localPointMustFitPlaneToo ? &*s.local_planar : nullptr);
     find_nearest(nearestPointsTried, distance, s);
     choose_surfaces(*state.pcGlobal.point_layer(globalLayer), *state.pcLocal.point_layer(localLayer),
                     nearestPointsTried, choice, s);

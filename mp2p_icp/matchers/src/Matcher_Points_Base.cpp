@@ -146,7 +146,7 @@ void Matcher_Points_Base::append_costs(const layer_name_t& globalLayer, const la
 void Matcher_Points_Base::transform_local_to_global(const layer_name_t& localLayer,
                                                     const mrpt::poses::CPose3D& localPose,
                                                     const MatchState& state, LocalPoints& out,
-                                                    const std::vector<bool>* wanted) const
+                                                    const std::vector<uint32_t>* wanted) const
 {
     const auto points = state.pcLocal.point_layer(localLayer);
     const auto& paired = state.localPairedBitField.point_layers.at(localLayer);
@@ -155,14 +155,22 @@ void Matcher_Points_Base::transform_local_to_global(const layer_name_t& localLay
     const auto& zs = points->getPointsBufferRef_z();
 
     out.ids.clear();
-    const size_t limit = maxLocalPointsPerLayer_ ? maxLocalPointsPerLayer_ : points->size();
-    for (const size_t i : random_subset(points->size(), limit, localPointsSampleSeed_))
+    const auto take = [&](size_t i)
     {
-        if (wanted && !(*wanted)[i]) continue;
         const bool finite = std::isfinite(xs[i]) && std::isfinite(ys[i]) && std::isfinite(zs[i]);
         if (finite && (allowMatchAlreadyMatchedPoints_ || !paired[i]))
             out.ids.push_back(static_cast<uint32_t>(i));
+    };
+    const size_t limit = maxLocalPointsPerLayer_ ? maxLocalPointsPerLayer_ : points->size();
+    if (limit < points->size())
+    {
+        for (const size_t i : random_subset(points->size(), limit, localPointsSampleSeed_))
+            if (!wanted || std::binary_search(wanted->begin(), wanted->end(), i)) take(i);
     }
+    else if (wanted)
+        for (const uint32_t i : *wanted) take(i);
+    else
+        for (size_t i = 0; i < points->size(); i++) take(i);
     out.in_global.resize(out.ids.size());
     const Eigen::Matrix3d R = rotation_of(localPose);
     const Eigen::Vector3d t = translation_of(localPose);

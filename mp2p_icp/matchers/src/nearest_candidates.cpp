@@ -9,7 +9,7 @@ void prepare(NearestScratch& s, const Matcher_Points_Base& matcher, const layer_
              const layer_name_t& localLayer, MatchState& state)
 {
     if (s.index) return;
-    state.searched_global_layers.insert(globalLayer), state.searched_local_layers.insert(localLayer);
+    state.searched_global_layers.emplace(globalLayer, 0), state.searched_local_layers.emplace(localLayer, 0);
     s.global = state.pcGlobal.point_layer(globalLayer);
     s.index = state.pcGlobal.nn_index(globalLayer, matcher.kdtree_leaf_max_points_);
 }

@@ -106,6 +106,8 @@ SurfaceScratch& surface_scratch(const Matcher_Points_Base& matcher, const layer_
     auto& s = state.scratch<SurfaceScratch>(&matcher, globalLayer, localLayer);
     if (s.global) return s;
     const uint32_t leaf = matcher.kdtree_leaf_max_points_;
+    if (options.voxel > 0) state.searched_global_layers[globalLayer] = options.voxel;
+    if (options.voxel > 0 && local_too) state.searched_local_layers[localLayer] = options.voxel;
     run_all({[&]()
              {
                  prepare(s.nearest, matcher, globalLayer, localLayer, state);
@@ -125,11 +127,11 @@ void find_nearest(uint32_t k, double max_distance, SurfaceScratch& s)
     find_neighbors(k, n);
 }
 
-std::vector<bool> planar_points(const LocalSurfaces& surfaces, const ShapeLimits& limits)
+std::vector<uint32_t> planar_points(const LocalSurfaces& surfaces, const ShapeLimits& limits)
 {
-    std::vector<bool> planar;
-    planar.reserve(surfaces.of_point.size());
-    for (const LocalSurface& s : surfaces.of_point) planar.push_back(s.shape(limits) == SurfaceShape::Planar);
+    std::vector<uint32_t> planar;
+    for (uint32_t i = 0; i < surfaces.of_point.size(); i++)
+        if (surfaces.of_point[i].shape(limits) == SurfaceShape::Planar) planar.push_back(i);
     return planar;
 }
 

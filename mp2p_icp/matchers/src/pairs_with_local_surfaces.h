@@ -25,10 +25,10 @@ struct ChosenSurface
 struct SurfaceScratch
 {
     NearestScratch nearest;
-    LocalSurfaces::ConstPtr global, local;    ///< local: only where it is needed
-    std::vector<SurfaceShape> global_shapes;  ///< of them, by the limits of the matcher
-    std::vector<bool> local_planar;           ///< only where local points must lie on planes, too
-    std::vector<ChosenSurface> chosen;        ///< one per local point
+    LocalSurfaces::ConstPtr global, local;              ///< local: only where it is needed
+    std::vector<SurfaceShape> global_shapes;            ///< of them, by the limits of the matcher
+    std::optional<std::vector<uint32_t>> local_planar;  ///< if local points must lie on planes, too: those
+    std::vector<ChosenSurface> chosen;                  ///< one per local point
     std::vector<size_t> first_plane, first_line;
     std::vector<float> distances;
 };
@@ -43,7 +43,7 @@ SurfaceScratch& surface_scratch(const Matcher_Points_Base& matcher, const layer_
                                 MatchState& state, bool local_too = false);
 
 /// Which of them are planar.
-std::vector<bool> planar_points(const LocalSurfaces& surfaces, const ShapeLimits& limits);
+std::vector<uint32_t> planar_points(const LocalSurfaces& surfaces, const ShapeLimits& limits);
 
 /// Up to k global points for each local point, nearer than `max_distance` (m), into s.nearest.ids.
 void find_nearest(uint32_t k, double max_distance, SurfaceScratch& s);

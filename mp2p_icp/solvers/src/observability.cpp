@@ -100,39 +100,47 @@ struct Normal
         if (!(x.w > 0)) return;
         position_squares += (x.position.C * (x.p - x.position.q)).squaredNorm(), positions++;
     }
-    void add(double weight, const ResidualTerm& t, const Eigen::Matrix<double, 3, 6>& J,
-             const Vector3d& difference)
+    /// J is (1, -S) for a position, and (0, -S) for a direction: what both have in common. \return w C S
+    Matrix3d add(double weight, const ResidualTerm& t, const Matrix3d& S, const Vector3d& difference)
     {
-        H += weight * J.transpose() * t.C * J;
+        const Matrix3d wCS = weight * t.C * S;
+        H.bottomRightCorner<3, 3>().noalias() += S.transpose() * wCS;
         squares += weight * (t.C * difference).squaredNorm();
         rows += static_cast<size_t>(t.rows);
+        return wCS;
+    }
+    /// The rest for a position. Fills the upper blocks only.
+    void add_translation(double weight, const ResidualTerm& t, const Matrix3d& wCS)
+    {
+        H.topLeftCorner<3, 3>() += weight * t.C;
+        H.topRightCorner<3, 3>() -= wCS;
     }
 };
 
 Normal normal_matrix(const PreparedPairings& in, const CPose3D& pose, const Spread& s, double direction_L)
 {
     const Motion motion(pose);
-    return block_sum<Normal>(in.size(),
-                             [&](size_t from, size_t to)
-                             {
-                                 Normal n;
-                                 Eigen::Matrix<double, 3, 6> J;
-                                 for (size_t i = from; i < to; i++)
-                                 {
-                                     const Seen x = seen(in, i, motion, direction_L);
-                                     if (x.w > 0)
-                                     {
-                                         J << Matrix3d::Identity(), -skew(x.p - s.mean) / s.L;
-                                         n.add(x.w, x.position, J, x.p - x.position.q);
-                                         n.add_position(x);
-                                     }
-                                     if (!(x.direction_w > 0)) continue;
-                                     const Vector3d rotated = motion.R * x.direction->b;
-                                     J << Matrix3d::Zero(), -skew(rotated) / s.L;
-                                     n.add(x.direction_w, *x.direction, J, rotated - x.direction->q);
-                                 }
-                                 return n;
-                             });
+    const auto sum = [&](size_t from, size_t to)
+    {
+        Normal n;
+        for (size_t i = from; i < to; i++)
+        {
+            const Seen x = seen(in, i, motion, direction_L);
+            if (x.w > 0)
+            {
+                const Matrix3d S = skew((x.p - s.mean) / s.L);
+                n.add_translation(x.w, x.position, n.add(x.w, x.position, S, x.p - x.position.q));
+                n.add_position(x);
+            }
+            if (!(x.direction_w > 0)) continue;
+            const Vector3d rotated = motion.R * x.direction->b;
+            n.add(x.direction_w, *x.direction, skew(rotated / s.L), rotated - x.direction->q);
+        }
+        return n;
+    };
+    Normal out = block_sum<Normal>(in.size(), sum);
+    out.H.bottomLeftCorner<3, 3>() = out.H.topRightCorner<3, 3>().transpose();
+    return out;
 }
 
 /// What a motion's information must exceed, relative to the largest, to be more than rounding: of the sums,
@@ -433,19 +441,29 @@ Spread spread_of(const PoseQuadratic& q, const OriginPose& pose, const AnalysisO
 }
 }  // namespace
 
+namespace
+{
+/// The length that turns rad into m, for the weights of directions, if there are any.
+double rad_in_metres(const PreparedPairings& in)
+{
+    if (in.pairings().paired_ln2ln.empty() && in.pairings().paired_pl2pl.empty()) return 1;
+    PreparedPairings summed = in;
+    return pairing_sums(summed).L();
+}
+}  // namespace
+
 Observability analyse(const PreparedPairings& in, const CPose3D& pose, const AnalysisOptions& options)
 {
     const Spread s = spread_of(in, pose, options);
-    PreparedPairings summed = in;
     Matrix6 feigned = Matrix6::Zero();
     if (options.feigned)
     {
         const PairWeights as_they_are;
         PreparedPairings errors(*options.feigned, as_they_are);
-        pairing_sums(errors);  // leaves out what is not finite
+        if (!errors.all_usable()) errors.drop_unusable();
         feigned = options.feigned_factor * normal_matrix(errors, pose, s, 1).H;
     }
-    return judge(normal_matrix(in, pose, s, pairing_sums(summed).L()), feigned, s, pose, options);
+    return judge(normal_matrix(in, pose, s, rad_in_metres(in)), feigned, s, pose, options);
 }
 
 Observability analyse(const PoseQuadratic& q, const CPose3D& pose, const AnalysisOptions& options)
@@ -461,7 +479,7 @@ Observability observability(const Pairings& pairings, const mrpt::poses::CPose3D
                             const ObservabilityParameters& parameters)
 {
     PreparedPairings in(pairings, parameters.pair_weights);
-    pairing_sums(in);  // leaves out what is not finite
+    if (!in.all_usable()) in.drop_unusable();
     AnalysisOptions options;
     options.sigma = parameters.sigma, options.coordinate_rounding = parameters.coordinate_rounding;
     options.largest_deviation = parameters.largest_deviation;
@@ -485,7 +503,7 @@ double residual_rms(const Pairings& pairings, const mrpt::poses::CPose3D& pose,
                     const PairWeights& pair_weights)
 {
     PreparedPairings in(pairings, pair_weights);
-    pairing_sums(in);  // leaves out what is not finite
+    if (!in.all_usable()) in.drop_unusable();
     const Motion motion(pose);
     const Normal n = block_sum<Normal>(in.size(),
                                        [&](size_t from, size_t to)

@@ -130,6 +130,42 @@ PreparedPairings PreparedPairings::with_factors(const std::vector<double>& facto
     return out;
 }
 
+namespace
+{
+template <class Point>
+bool usable_point(const Point& p)
+{
+    const double limit = LARGEST_COORDINATE / 2;  // NaN is not below it
+    return std::abs(double(p.x)) < limit && std::abs(double(p.y)) < limit && std::abs(double(p.z)) < limit;
+}
+bool usable_direction(double x, double y, double z)
+{
+    const double square = x * x + y * y + z * z;
+    return square > 1e-200 && square < 1e200;
+}
+bool usable_line(const mrpt::math::TLine3D& l)
+{
+    return usable_point(l.pBase) && usable_direction(l.director.x, l.director.y, l.director.z);
+}
+bool usable_plane(const plane_patch_t& p)
+{
+    const auto& n = p.plane.coefs;
+    return usable_point(p.centroid) && usable_direction(n[0], n[1], n[2]);
+}
+}  // namespace
+
+bool PreparedPairings::all_usable() const
+{
+    const Pairings& p = pairings();
+    bool all = true;
+    for (const auto& x : p.paired_pt2pt) all &= usable_point(x.local) && usable_point(x.global);
+    for (const auto& x : p.paired_pt2ln) all &= usable_point(x.pt_local) && usable_line(x.ln_global);
+    for (const auto& x : p.paired_pt2pl) all &= usable_point(x.pt_local) && usable_plane(x.pl_global);
+    for (const auto& x : p.paired_ln2ln) all &= usable_line(x.ln_local) && usable_line(x.ln_global);
+    for (const auto& x : p.paired_pl2pl) all &= usable_plane(x.p_local) && usable_plane(x.p_global);
+    return all;
+}
+
 bool PreparedPairings::drop_unusable()
 {
     auto clean = std::make_shared<Pairings>();

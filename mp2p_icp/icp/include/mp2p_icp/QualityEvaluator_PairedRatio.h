@@ -22,6 +22,9 @@ class QualityEvaluator_PairedRatio : public QualityEvaluator
     bool reuse_icp_pairings = true;  ///< false: match anew, with `matcher`
     double absolute_minimum_pairing_ratio = 0.20;
     Matcher_Points_DistanceThreshold matcher;
+    /// Of the global points, how many have a local one: the local map should show all that the global one
+    /// does. `matcher` sees the maps exchanged, its `global` layers are local ones. Matches anew.
+    bool exchange_maps = false;
 
     /// The keys of Matcher_Points_DistanceThreshold may be given too; then reuse_icp_pairings is false unless
     /// it says otherwise.

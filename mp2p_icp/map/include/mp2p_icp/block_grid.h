@@ -140,8 +140,6 @@ class BlockGrid
     size_t voxel_count() const;
     /// How many points each voxel has.
     const std::vector<uint32_t>& point_counts() const;
-    /// The first point of each voxel.
-    const std::vector<uint32_t>& first_points() const;
     /// The voxel of each given point; NO_NEIGHBOR for those left out.
     const std::vector<uint32_t>& voxel_of_point() const;
     /** @} */
@@ -152,8 +150,6 @@ class BlockGrid
      * was built without moments
      */
     void surfaces(std::vector<VoxelSurface>& out, double min_spread = 1e-4) const;
-    /// That of one voxel, to the bit as in surfaces(); about 0.2 microseconds.
-    VoxelSurface surface(uint32_t voxel, double min_spread = 1e-4) const;
 
     /** \name Search. Finds elements closer than sqrt(max_dist_sq), which may be infinite. A query that is not
      * finite has no neighbour.
@@ -170,7 +166,14 @@ class BlockGrid
     std::unique_ptr<struct BlockGridData> data_;
 };
 
-/// For surface() and surfaces(); nothing can be searched in it.
-BlockGrid voxels_with_moments(const PointView& points, double side);
+/// The voxels of a cloud, and the surfaces around them.
+struct SurfacesOfVoxels
+{
+    std::vector<uint32_t> voxel_of_point;  ///< NO_NEIGHBOR for points that are not finite
+    std::vector<VoxelSurface> of_voxel;
+};
+
+/// BlockGrid::surfaces() of voxels of that side (m). \exception std::invalid_argument as BlockGrid::rebuild()
+SurfacesOfVoxels voxel_surfaces(const PointView& points, double side);
 
 }  // namespace mp2p_icp

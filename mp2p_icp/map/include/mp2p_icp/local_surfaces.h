@@ -1,5 +1,6 @@
 #pragma once
 
+#include <mp2p_icp/block_grid.h>
 #include <mp2p_icp/nn_index.h>
 #include <mrpt/maps/CPointsMap.h>
 
@@ -78,5 +79,9 @@ struct LocalSurfaces
 LocalSurfaces::ConstPtr compute_local_surfaces(const mrpt::maps::CPointsMap& points,
                                                const NearestNeighborIndex* index,
                                                const LocalSurfaceOptions& options);
+
+/// What the surfaces of voxels say at the points. \param options what the result keeps
+LocalSurfaces::ConstPtr local_surfaces_of(const PointView& points, const SurfacesOfVoxels& voxels,
+                                          const LocalSurfaceOptions& options);
 
 }  // namespace mp2p_icp

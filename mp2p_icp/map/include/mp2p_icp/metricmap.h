@@ -97,11 +97,11 @@ class metric_map_t : public mrpt::serialization::CSerializable,
     LocalSurfaces::ConstPtr local_surfaces(const layer_name_t& name, const LocalSurfaceOptions& options,
                                            uint32_t leaf_max_points = 0) const;
 
-    /** The voxels of a cloud layer, for BlockGrid::surface(): costs little where surfaces are wanted around a
-     * part of the points only. Nothing can be searched in it. Made, kept and made again as local_surfaces().
-     * \param side m \exception std::invalid_argument as point_layer() and BlockGrid::rebuild(). Thread-safe.
+    /** The surfaces around the voxels of a cloud layer, from which local_surfaces() are made; made, kept and
+     * made again as those. \param side m \exception std::invalid_argument as point_layer() and
+     * BlockGrid::rebuild(). Thread-safe.
      */
-    std::shared_ptr<const BlockGrid> voxels(const layer_name_t& name, double side) const;
+    std::shared_ptr<const SurfacesOfVoxels> voxel_surfaces(const layer_name_t& name, double side) const;
 
     /** The whole numbers of metres that were subtracted from the coordinates of far-away data when they were
      * stored (MRPT's clouds are float: beyond 10 km they lose centimetres). Kept in metadata as

@@ -47,8 +47,8 @@ class MatchState
     pointcloud_bitfield_t localPairedBitField, globalPairedBitField;
 
     /// The clouds of the global map in which neighbours of local points were looked for, and those of the
-    /// local map.
-    std::set<layer_name_t> searched_global_layers, searched_local_layers;
+    /// local map; with the side (m) of the voxels in which their surfaces were seen, 0 if in none.
+    std::map<layer_name_t, double> searched_global_layers, searched_local_layers;
 
     /// Forgets what is paired: call before each round of matching.
     void initialize();

@@ -62,10 +62,10 @@ class Matcher_Points_Base : public Matcher
                               MatchState& state, double gate, std::vector<double>& costs) const;
 
     /// The points of the layer to be matched (subsampled, without already paired ones unless allowed), moved
-    /// to the global frame. \param wanted which points are, if not all
+    /// to the global frame. \param wanted those that are, by increasing index, if not all
     void transform_local_to_global(const layer_name_t& localLayer, const mrpt::poses::CPose3D& localPose,
                                    const MatchState& state, LocalPoints& out,
-                                   const std::vector<bool>* wanted = nullptr) const;
+                                   const std::vector<uint32_t>* wanted = nullptr) const;
 };
 
 /// A local point (index into LocalPoints) and a global point, with their squared distance.
