@@ -109,6 +109,35 @@ TEST(ICP, too_small_a_share_of_paired_points_is_no_overlap)
     EXPECT_LT(r.rejected_pose->norm(), 1e-4);  // it did find the copy, but ten percent are not believed
 }
 
+TEST(ICP, a_run_begins_only_where_one_point_in_twenty_is_paired_at_the_guess)
+{
+    const auto few = wavy_surface(50, 1);
+    const metric_map_t global = map_of(few);
+    const CPose3D guess = pose_deg(0.001, 0, 0, 0, 0, 0);
+    for (const int elsewhere : {950, 951})
+    {
+        auto mostly_elsewhere = mrpt::maps::CSimplePointsMap::Create(*few);
+        for (int i = 0; i < elsewhere; i++)
+            mostly_elsewhere->insertPoint(100.f + static_cast<float>(i), 0, 0);
+        Bench bench(0.1);
+        bench.icp.quality_evaluators().clear();  // they would ask for more
+        const Results r = bench.align(map_of(mostly_elsewhere), global, guess);
+        if (elsewhere == 950)
+        {
+            EXPECT_GT(r.nIterations, 0u);
+            EXPECT_NE(r.verdict, Verdict::no_overlap) << r.verdict_reason;
+            continue;
+        }
+        EXPECT_EQ(r.verdict, Verdict::no_overlap);
+        EXPECT_EQ(r.terminationReason, IterTermReason::NoPairings);
+        EXPECT_EQ(r.nIterations, 0u);
+        EXPECT_EQ(r.verdict_reason,
+                  "at the guess only 50 point-point out of 1001 were within the matching distance");
+        EXPECT_FALSE(r.rejected_pose);
+        expect_rejected(r, guess);
+    }
+}
+
 TEST(ICP, empty_clouds_are_no_overlap_and_not_an_error)
 {
     const World w;
@@ -351,7 +380,7 @@ TEST(ICP, a_new_stage_may_come_back_to_an_old_pose)
 TEST(ICP, a_quality_checkpoint_ends_a_hopeless_run)
 {
     const World w;
-    Bench bench(0.01);  // far too small for this start: few pairs
+    Bench bench(0.02);  // far too small for this start: few pairs
     bench.parameters.quality_checkpoints = {{1, 0.9}};
     const CPose3D guess = TRUTH + pose_deg(0.1, 0.1, 0, 0, 0, 0);
     const Results r = bench.align(w.local, w.global, guess);

@@ -112,11 +112,13 @@ Groups group_points(const DecimationInput& input, double side)
     const auto& voxel_of_point = out.voxels.voxel_of_point();
     std::vector<uint8_t> is_met(out.voxels.voxel_count(), 0);
     out.groups.reserve(out.groups.size() + is_met.size());
-    for (size_t i = 0; i < voxel_of_point.size(); i++)
+    uint8_t* const met =
+        is_met.data();  // writing bytes might change the vector itself, for all a compiler knows
+    for (size_t i = 0, n = voxel_of_point.size(); i < n; i++)
     {
         const uint32_t v = voxel_of_point[i];
-        if (v == mp2p_icp::NO_NEIGHBOR || is_met[v]) continue;
-        is_met[v] = 1;
+        if (v == mp2p_icp::NO_NEIGHBOR || met[v]) continue;
+        met[v] = 1;
         out.groups.push_back({out.origin_of(i), counts[v], v});
     }
     std::inplace_merge(out.groups.begin(), out.groups.begin() + kept, out.groups.end(),

@@ -79,6 +79,18 @@ void AlignRun::iterate()
     reason_ = IterTermReason::MaxIterations;
 }
 
+namespace
+{
+/// With a smaller share of the possible pairings at the guess, what the iterations end at is chance.
+constexpr double LEAST_SHARE_AT_GUESS = 0.05;
+
+bool is_chance(const Pairings& at_guess)
+{
+    return static_cast<double>(at_guess.size()) <
+           LEAST_SHARE_AT_GUESS * static_cast<double>(at_guess.potential_pairings);
+}
+}  // namespace
+
 bool AlignRun::one_iteration(uint32_t iteration)
 {
     const auto ends_with = [this](IterTermReason reason)
@@ -96,6 +108,11 @@ bool AlignRun::one_iteration(uint32_t iteration)
     {
         nobody_matched_ = std::none_of(icp_.matchers_.begin(), icp_.matchers_.end(),
                                        [&](const auto& m) { return m->is_active(match_context(iteration)); });
+        return ends_with(IterTermReason::NoPairings);
+    }
+    if (iteration == 0 && is_chance(pairings))
+    {
+        chance_at_guess_ = pairings.contents_summary();
         return ends_with(IterTermReason::NoPairings);
     }
     if (!solve(pairings, iteration)) return ends_with(IterTermReason::SolverError);
@@ -292,6 +309,9 @@ void AlignRun::judge(Results& out)
     if (nobody_matched_)
         return reject(out, Verdict::failed,
                       "no matcher of the pipeline is active in iteration " + std::to_string(last_iteration_));
+    if (!chance_at_guess_.empty())
+        return reject(out, Verdict::no_overlap,
+                      "at the guess only " + chance_at_guess_ + " were within the matching distance");
     if (reason_ == IterTermReason::NoPairings)
         return reject(out, Verdict::no_overlap,
                       "no point of the local cloud has a partner within the matching distance");

@@ -88,6 +88,7 @@ class AlignRun
     uint32_t last_iteration_ = 0;
     bool diverged_ = false;
     bool nobody_matched_ = false;  ///< no matcher was active in the last iteration
+    std::string chance_at_guess_;  ///< the pairings at the guess, if they were too few to go on with
     IterTermReason reason_ = IterTermReason::Undefined;
 };
 

@@ -4,7 +4,6 @@
 
 #include <Eigen/Dense>
 #include <array>
-#include <cmath>
 #include <vector>
 
 namespace mp2p_icp
@@ -54,7 +53,7 @@ class SurfaceScales
 
  private:
     const VoxelSurface& surface(size_t size, uint32_t point) const;
-    double side(size_t size) const { return std::ldexp(smallest_voxel_, static_cast<int>(size)); }
+    double side(size_t size) const { return smallest_voxel_ * static_cast<double>(1u << size); }
     SurfaceAround judged(size_t size, uint32_t point) const;
     /// Of this plane and those of larger sizes that agree with it, the one whose normal is known best.
     SurfaceAround surest(SurfaceAround plane, size_t next_size, uint32_t point) const;

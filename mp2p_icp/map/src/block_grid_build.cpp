@@ -21,17 +21,6 @@ void for_chunks(size_t count, const Work& work)
         work(first, std::min(CELL_CHUNK, count - first));
 }
 
-/// How many of eight bits are set.
-struct BitCounts
-{
-    std::array<uint8_t, 256> count{};
-    constexpr BitCounts()
-    {
-        for (size_t b = 1; b < 256; b++) count[b] = static_cast<uint8_t>(count[b / 2] + b % 2);
-    }
-};
-constexpr BitCounts BITS;
-
 /// Where in its block each cell is: x + 4 y + 16 z.
 void find_cells_in_blocks(const ChunkCells& c, size_t count, uint8_t* cell_in_block)
 {
@@ -47,8 +36,9 @@ struct ChunkBlocks
     uint32_t hash[CELL_CHUNK];
 };
 
-/// The block of each point of a chunk. \return how many have one
-size_t find_blocks(const ChunkCells& c, size_t count, BlockTable& table, uint32_t* block_of_point)
+/// Finds the block of each point of a chunk, and marks its voxel there. \return how many have one
+size_t find_blocks(const ChunkCells& c, size_t count, const uint8_t* cell_in_block, BlockTable& table,
+                   std::vector<uint64_t>& masks, uint32_t* block_of_point)
 {
     ChunkBlocks blocks;
     for (size_t k = 0; k < count; k++)
@@ -57,22 +47,24 @@ size_t find_blocks(const ChunkCells& c, size_t count, BlockTable& table, uint32_
         blocks.hash[k] = BlockTable::hash_of(blocks.x[k], blocks.y[k], blocks.z[k]);
     }
     size_t left_out = 0;
+    BlockTable::Finder finder(table);
+    uint64_t* masks_now = masks.data();
     for (size_t k = 0; k < count; k++)
     {
-        block_of_point[k] = table.find({blocks.x[k], blocks.y[k], blocks.z[k]}, blocks.hash[k]);
-        if (block_of_point[k] != NO_BLOCK) continue;
-        if (c.cell[0][k] == NO_CELL)
-            left_out++;
-        else
-            block_of_point[k] = table.add({blocks.x[k], blocks.y[k], blocks.z[k]});
+        const BlockCoord coord{blocks.x[k], blocks.y[k], blocks.z[k]};
+        uint32_t block = finder.find(coord, blocks.hash[k]);
+        if (block == NO_BLOCK)
+        {
+            block_of_point[k] = NO_BLOCK;
+            left_out += c.cell[0][k] == NO_CELL;
+            if (c.cell[0][k] == NO_CELL) continue;
+            block = table.add(coord), masks.push_back(0);
+            finder = BlockTable::Finder(table), masks_now = masks.data();
+        }
+        block_of_point[k] = block;
+        masks_now[block] |= uint64_t(1) << cell_in_block[k];
     }
     return count - left_out;
-}
-
-void mark_voxels(const uint32_t* block_of_point, const uint8_t* cell_in_block, size_t count, uint64_t* masks)
-{
-    for (size_t k = 0; k < count; k++)
-        if (block_of_point[k] != NO_BLOCK) masks[block_of_point[k]] |= uint64_t(1) << cell_in_block[k];
 }
 
 /// Finds the block of each point (into voxel_of_point, for now) and its cell there. A chunk at a time, in
@@ -91,9 +83,7 @@ void assign_blocks(const PointView& points, BlockGridData& d)
                    uint32_t* const blocks = &d.voxel_of_point[first];
                    find_cells(d.frame, points, first, count, far_points, c);
                    find_cells_in_blocks(c, count, cells);
-                   d.skipped_points += count - find_blocks(c, count, d.table, blocks);
-                   d.scratch.masks.resize(d.table.size(), 0);
-                   mark_voxels(blocks, cells, count, d.scratch.masks.data());
+                   d.skipped_points += count - find_blocks(c, count, cells, d.table, d.scratch.masks, blocks);
                });
 }
 
@@ -101,33 +91,18 @@ void assign_blocks(const PointView& points, BlockGridData& d)
 void number_voxels(BlockGridData& d)
 {
     const size_t blocks = d.table.size();
-    d.voxel_masks.resize(blocks);
-    d.first_voxel.resize(blocks + 1);
-    d.scratch.rows.resize(blocks);
+    d.voxel_masks.resize(blocks), d.first_voxel.resize(blocks + 1), d.orders.resize(blocks);
+    for (size_t b = 0; b < blocks; b++) d.voxel_masks[d.scratch.new_numbers[b]] = d.scratch.masks[b];
     uint32_t voxel = 0;
     for (size_t b = 0; b < blocks; b++)
     {
-        const uint32_t old = d.scratch.old_numbers[b];
-        d.voxel_masks[b] = d.scratch.masks[old];
         d.first_voxel[b] = voxel;
-        BlockRows& rows = d.scratch.rows[old];
-        rows.first_voxel = voxel;
-        uint32_t before = 0;
-        for (size_t r = 0; r < 8; r++)
-        {
-            rows.before[r] = static_cast<uint8_t>(before);
-            rows.occupied[r] = static_cast<uint8_t>(d.voxel_masks[b] >> (8 * r));
-            before += BITS.count[rows.occupied[r]];
-        }
-        voxel += before;
+        uint8_t order = 0;
+        for (uint64_t left = d.voxel_masks[b]; left; left &= left - 1)
+            d.orders[b][static_cast<size_t>(__builtin_ctzll(left))] = order++;
+        voxel += order;
     }
     d.first_voxel[blocks] = voxel;
-}
-
-uint32_t voxel_at(const BlockRows& rows, uint32_t cell)
-{
-    const uint32_t row = cell >> 3, below = (1u << (cell & 7)) - 1;
-    return rows.first_voxel + rows.before[row] + BITS.count[rows.occupied[row] & below];
 }
 
 /// Adds one point to the sums of its voxel.
@@ -151,18 +126,25 @@ void add_point(double* sums, double x, double y, double z)
 template <size_t SUMS>
 void sum_voxels(const PointView& points, BlockGridData& d)
 {
-    const size_t voxels = d.first_voxel.back();
-    d.sums.assign(voxels * SUMS, 0.0);
+    d.sums.assign(d.first_voxel.back() * SUMS, 0.0);
+    // Copies, of which the compiler knows that nothing that is written changes them.
+    const PointView p = points;
+    double* const sums = d.sums.data();
+    uint32_t* const voxel_of_point = d.voxel_of_point.data();
+    const uint8_t* const cell_in_block = d.scratch.cell_in_block.data();
+    const uint32_t* const new_numbers = d.scratch.new_numbers.data();
+    const uint32_t* const first_voxel = d.first_voxel.data();
+    const VoxelOrder* const orders = d.orders.data();
     const double middle[3] = {d.frame.middle(0), d.frame.middle(1), d.frame.middle(2)};
-    for (size_t i = 0; i < points.size; i++)
+    for (size_t i = 0; i < p.size; i++)
     {
-        const uint32_t block = d.voxel_of_point[i];
-        if (block == NO_BLOCK) continue;  // and stays NO_NEIGHBOR
-        const BlockRows& rows = d.scratch.rows[block];
-        const uint32_t voxel = voxel_at(rows, d.scratch.cell_in_block[i]);
-        d.voxel_of_point[i] = voxel;
-        add_point<SUMS>(&d.sums[voxel * SUMS], double(points.x[i]) - middle[0],
-                        double(points.y[i]) - middle[1], double(points.z[i]) - middle[2]);
+        const uint32_t at_first = voxel_of_point[i];
+        if (at_first == NO_BLOCK) continue;  // and stays NO_NEIGHBOR
+        const uint32_t block = new_numbers[at_first];
+        const uint32_t voxel = first_voxel[block] + orders[block][cell_in_block[i]];
+        voxel_of_point[i] = voxel;
+        add_point<SUMS>(sums + voxel * SUMS, double(p.x[i]) - middle[0], double(p.y[i]) - middle[1],
+                        double(p.z[i]) - middle[2]);
     }
 }
 static_assert(NO_BLOCK == NO_NEIGHBOR, "left out points keep it");
@@ -244,11 +226,11 @@ void put_means_into_slots(BlockGridData& d)
 void put_points_into_slots(const PointView& points, BlockGridData& d)
 {
     const size_t blocks = d.table.size();
-    std::vector<uint32_t> counts(blocks, 0), new_numbers(blocks);
+    const auto& new_numbers = d.scratch.new_numbers;
+    std::vector<uint32_t> counts(blocks, 0);
     for (const uint32_t b : d.voxel_of_point)
-        if (b != NO_BLOCK) counts[b]++;
-    for (uint32_t b = 0; b < blocks; b++) new_numbers[d.scratch.old_numbers[b]] = b;
-    open_slots(d, [&](uint32_t b) { return counts[d.scratch.old_numbers[b]]; });
+        if (b != NO_BLOCK) counts[new_numbers[b]]++;
+    open_slots(d, [&](uint32_t b) { return counts[b]; });
     auto& next = d.scratch.next_slot;
     next.assign(d.slots.first.begin(), d.slots.first.end() - 1);
     for (uint32_t i = 0; i < points.size; i++)
@@ -257,22 +239,11 @@ void put_points_into_slots(const PointView& points, BlockGridData& d)
     for (uint32_t b = 0; b < blocks; b++) fill_up(d.slots, next[b], d.slots.first[b + 1]);
 }
 
-void order_voxels(BlockGridData& d)
-{
-    d.orders.resize(d.table.size());
-    for (size_t b = 0; b < d.orders.size(); b++)
-    {
-        uint8_t order = 0;
-        for (uint64_t left = d.voxel_masks[b]; left; left &= left - 1)
-            d.orders[b][static_cast<size_t>(__builtin_ctzll(left))] = order++;
-    }
-}
-
 void sum_all_voxels(const PointView& points, BlockGridData& d)
 {
     number_voxels(d);
     if (d.options.moments)
-        order_voxels(d), sum_voxels<SUMS_WITH_MOMENTS>(points, d);
+        sum_voxels<SUMS_WITH_MOMENTS>(points, d);
     else
         sum_voxels<SUMS_WITHOUT_MOMENTS>(points, d);
     count_points(d);
@@ -299,7 +270,7 @@ void BlockGridData::build(const PointView& points, const BlockGridOptions& new_o
                                     std::to_string(points.size));
     frame = CellFrame(options.voxel_size, points);
     assign_blocks(points, *this);
-    table.sort_along_curve(scratch.old_numbers);
+    table.sort_along_curve(scratch.new_numbers);
     if (options.elements == GridElements::Points) put_points_into_slots(points, *this);
     if (has_voxels()) sum_all_voxels(points, *this);
     if (options.elements != GridElements::Points) compute_means(*this);

@@ -31,15 +31,7 @@ struct ElementSlots
  */
 constexpr size_t SUMS_WITHOUT_MOMENTS = 4, SUMS_WITH_MOMENTS = 10;
 
-/// The occupied voxels of a block by rows of eight (cells are x + 4 y + 16 z).
-struct BlockRows
-{
-    uint32_t first_voxel = 0;
-    std::array<uint8_t, 8> before{};  ///< how many in the rows before
-    std::array<uint8_t, 8> occupied{};
-};
-
-/// Of the occupied cells of a block, by cell, which voxel of the block each is.
+/// Of the occupied cells of a block, by cell (x + 4 y + 16 z), which voxel of the block each is.
 using VoxelOrder = std::array<uint8_t, 64>;
 
 /// What rebuild() needs meanwhile; kept for the next time.
@@ -47,8 +39,7 @@ struct BuildScratch
 {
     std::vector<uint8_t> cell_in_block;  ///< of each point
     std::vector<uint64_t> masks;         ///< of each block, as numbered at first
-    std::vector<uint32_t> old_numbers;
-    std::vector<BlockRows> rows;  ///< of each block, as numbered at first
+    std::vector<uint32_t> new_numbers;   ///< of each block, as numbered at first
     std::vector<uint32_t> next_slot;
     std::vector<ElementBox> block_boxes;
 };
@@ -62,7 +53,7 @@ struct BlockGridData
 
     std::vector<uint64_t> voxel_masks;  ///< of each block: its occupied cells
     std::vector<uint32_t> first_voxel;  ///< of each block, and the end
-    std::vector<VoxelOrder> orders;     ///< of each block, with moments
+    std::vector<VoxelOrder> orders;     ///< of each block
     std::vector<double> sums;           ///< of each voxel
     PointArrays means;                  ///< of each voxel, as is the next one
     std::vector<uint32_t> point_counts;

@@ -10,6 +10,9 @@ namespace
 /// Halley steps from 0: cubic for a simple root; for a double one each leaves a third of the error.
 constexpr int ROOT_STEPS = 6;
 
+/// After a smaller step (of a root between 0 and 1/3) the next one would be rounding, or the root is double.
+constexpr double SMALL_STEP = 1e-6;
+
 /// Below this (of the matrix divided by its trace) the product of the gaps to the other eigenvalues is
 /// rounding.
 constexpr double SMALLEST_GAPS = 1e-10;
@@ -42,13 +45,15 @@ Roots smallest_roots(const CovarianceBatch& c, size_t p)
     const Double2 minor_x = yy * zz - yz * yz;
     const Double2 minors = minor_x + (xx * zz - xz * xz) + (xx * yy - xy * xy);
     const Double2 det = xx * minor_x - xy * (xy * zz - yz * xz) + xz * (xy * yz - yy * xz);
-    Double2 l{};
-    for (int k = 0; k < ROOT_STEPS; k++)
+    Double2 l{}, last_step = Double2{} + 1;
+    for (int k = 0; k < ROOT_STEPS && (last_step[0] > SMALL_STEP || last_step[1] > SMALL_STEP); k++)
     {
         const Double2 value = det + l * (l * (1 - l) - minors);
         const Double2 descent = minors - l * (2 - 3 * l), bend = 2 - 6 * l;
         const Double2 divisor = 2 * descent * descent - value * bend;
-        l += divisor > 0 ? 2 * value * descent / divisor : Double2{};
+        // One lane ends without regard to the other: what is found does not depend on who is beside.
+        last_step = (divisor > 0) & (last_step > SMALL_STEP) ? 2 * value * descent / divisor : Double2{};
+        l += last_step;
     }
     const Double2 third = Double2{} + 1.0 / 3;
     return {larger(l < third ? l : third, Double2{}), minors};

@@ -20,14 +20,6 @@ namespace
 {
 using VoxelSums = std::array<double, SUMS_WITH_MOMENTS>;
 
-uint32_t count_bits(uint64_t v)
-{
-    v -= v >> 1 & 0x5555555555555555u;
-    v = (v & 0x3333333333333333u) + (v >> 2 & 0x3333333333333333u);
-    v = (v + (v >> 4)) & 0x0F0F0F0F0F0F0F0Fu;
-    return static_cast<uint32_t>(v * 0x0101010101010101u >> 56);
-}
-
 /// Some cells of one of the 27 blocks around a block.
 struct CellsOfBlock
 {
@@ -83,10 +75,7 @@ class BlockAmongOthers
         {
             const uint32_t block = other(part.block);
             if (block == NO_BLOCK) continue;
-            const uint64_t wanted = d_.voxel_masks[block] & part.cells;
-            if (!wanted) continue;
-            voxels += count_bits(wanted);
-            add_all(block, wanted, sum);
+            voxels += add_all(block, d_.voxel_masks[block] & part.cells, sum);
         }
         return sum;
     }
@@ -122,12 +111,15 @@ class BlockAmongOthers
         }
     }
 
-    void add_all(uint32_t block, uint64_t cells, VoxelSums& to) const
+    /// \return how many
+    uint32_t add_all(uint32_t block, uint64_t cells, VoxelSums& to) const
     {
+        uint32_t count = 0;
         const VoxelOrder& order = d_.orders[block];
         const double* const sums = &d_.sums[d_.first_voxel[block] * SUMS_WITH_MOMENTS];
-        for (; cells; cells &= cells - 1)
+        for (; cells; cells &= cells - 1, count++)
             add(to, sums + order[static_cast<size_t>(__builtin_ctzll(cells))] * SUMS_WITH_MOMENTS);
+        return count;
     }
 
     const BlockGridData& d_;

@@ -88,17 +88,15 @@ uint32_t BlockTable::add(const BlockCoord& block)
     return number;
 }
 
-void BlockTable::sort_along_curve(std::vector<uint32_t>& old_numbers)
+void BlockTable::sort_along_curve(std::vector<uint32_t>& new_numbers)
 {
-    old_numbers.resize(blocks_.size());
+    new_numbers.resize(blocks_.size());
     if (blocks_.empty()) return;
     std::vector<CurvePlace> places = curve_places(blocks_);
     sort_places(places);
     const std::vector<BlockCoord> old = blocks_;
-    std::vector<uint32_t> new_numbers(blocks_.size());
     for (uint32_t n = 0; n < blocks_.size(); n++)
     {
-        old_numbers[n] = places[n].block;
         new_numbers[places[n].block] = n;
         blocks_[n] = old[places[n].block];
     }

@@ -150,43 +150,43 @@ void Matcher_Points_Base::transform_local_to_global(const layer_name_t& localLay
 {
     const auto points = state.pcLocal.point_layer(localLayer);
     const auto& paired = state.localPairedBitField.point_layers.at(localLayer);
-    const auto& xs = points->getPointsBufferRef_x();
-    const auto& ys = points->getPointsBufferRef_y();
-    const auto& zs = points->getPointsBufferRef_z();
+    const PointView all(*points);
 
-    out.ids.clear();
-    const auto take = [&](size_t i)
+    out.ids.resize(wanted ? wanted->size() : all.size);
+    size_t count = 0;
+    const auto take = [&, all](size_t i)
     {
-        const bool finite = std::isfinite(xs[i]) && std::isfinite(ys[i]) && std::isfinite(zs[i]);
-        if (finite && (allowMatchAlreadyMatchedPoints_ || !paired[i]))
-            out.ids.push_back(static_cast<uint32_t>(i));
+        const bool finite = std::isfinite(all.x[i]) && std::isfinite(all.y[i]) && std::isfinite(all.z[i]);
+        out.ids[count] = static_cast<uint32_t>(i);
+        count += finite && (allowMatchAlreadyMatchedPoints_ || !paired[i]);
     };
-    const size_t limit = maxLocalPointsPerLayer_ ? maxLocalPointsPerLayer_ : points->size();
-    if (limit < points->size())
+    if (maxLocalPointsPerLayer_ > 0 && maxLocalPointsPerLayer_ < all.size)
     {
-        for (const size_t i : random_subset(points->size(), limit, localPointsSampleSeed_))
+        for (const size_t i : random_subset(all.size, maxLocalPointsPerLayer_, localPointsSampleSeed_))
             if (!wanted || std::binary_search(wanted->begin(), wanted->end(), i)) take(i);
     }
     else if (wanted)
         for (const uint32_t i : *wanted) take(i);
     else
-        for (size_t i = 0; i < points->size(); i++) take(i);
-    out.in_global.resize(out.ids.size());
+        for (size_t i = 0; i < all.size; i++) take(i);
+    out.ids.resize(count);
+    out.in_global.resize(count);
     const Eigen::Matrix3d R = rotation_of(localPose);
     const Eigen::Vector3d t = translation_of(localPose);
-    parallel_for_blocks(out.ids.size(),
-                        [&](size_t first, size_t last)
-                        {
-                            for (size_t k = first; k < last; k++)
-                            {
-                                const uint32_t i = out.ids[k];
-                                const Eigen::Vector3d p =
-                                    R * Eigen::Vector3d(double(xs[i]), double(ys[i]), double(zs[i])) + t;
-                                out.in_global.x[k] = static_cast<float>(p.x());
-                                out.in_global.y[k] = static_cast<float>(p.y());
-                                out.in_global.z[k] = static_cast<float>(p.z());
-                            }
-                        });
+    const auto transform = [&, all](size_t first, size_t last)
+    {
+        float *const x = out.in_global.x.data(), *const y = out.in_global.y.data(),
+                     *const z = out.in_global.z.data();
+        for (size_t k = first; k < last; k++)
+        {
+            const uint32_t i = out.ids[k];
+            const Eigen::Vector3d p =
+                R * Eigen::Vector3d(double(all.x[i]), double(all.y[i]), double(all.z[i])) + t;
+            x[k] = static_cast<float>(p.x()), y[k] = static_cast<float>(p.y()),
+            z[k] = static_cast<float>(p.z());
+        }
+    };
+    parallel_for_blocks(count, transform);
 }
 
 void keep_best_per_global(std::vector<PairCandidate>& candidates, size_t global_size,

@@ -7,34 +7,30 @@
 
 namespace mp2p_icp
 {
-namespace
+struct TrackedNearest::Point
 {
-/// Distances as the indexes compute them.
-float distance_sq(const PointArrays& a, size_t i, const PointView& b, size_t j)
-{
-    const float dx = a.x[i] - b.x[j], dy = a.y[i] - b.y[j], dz = a.z[i] - b.z[j];
-    return dx * dx + dy * dy + dz * dz;
-}
-}  // namespace
+    float x, y, z;
 
-bool TrackedNearest::Memory::knows(size_t i, const PointView& points, const PointArrays& now,
-                                   float max_dist_sq, uint32_t& id, float& dist_sq) const
+    /// As the indexes compute it.
+    float distance_sq_to(float ox, float oy, float oz) const
+    {
+        const float dx = x - ox, dy = y - oy, dz = z - oz;
+        return dx * dx + dy * dy + dz * dz;
+    }
+};
+
+bool TrackedNearest::knows(const Memory& memory, const Point& now, const PointView& points, float max_dist_sq,
+                           uint32_t& id, float& dist_sq)
 {
-    const float moved = std::sqrt(distance_sq(now, i, at, i));
+    const float moved = std::sqrt(now.distance_sq_to(memory.x, memory.y, memory.z));
     BoundedNeighbor before;
-    before.id = nearest[i], before.others = others[i];
+    before.id = memory.nearest, before.others = memory.others;
     id = NO_NEIGHBOR, dist_sq = std::numeric_limits<float>::infinity();
     if (before.id == NO_NEIGHBOR) return before.is_still_alone(moved, std::sqrt(max_dist_sq) * (1 + 1e-6f));
-    const float now_sq = distance_sq(now, i, points, before.id);
+    const float now_sq = now.distance_sq_to(points.x[before.id], points.y[before.id], points.z[before.id]);
     if (!before.is_still_nearest(moved, now_sq)) return false;
     if (now_sq < max_dist_sq) id = before.id, dist_sq = now_sq;
     return true;
-}
-
-void TrackedNearest::Memory::remember(size_t i, const PointArrays& now, uint32_t found, float others_from)
-{
-    nearest[i] = found, others[i] = others_from;
-    at.x[i] = now.x[i], at.y[i] = now.y[i], at.z[i] = now.z[i];
 }
 
 void TrackedNearest::search(const NearestNeighborIndex& index, const std::vector<uint32_t>& which,
@@ -56,7 +52,7 @@ void TrackedNearest::search(const NearestNeighborIndex& index, const std::vector
     {
         const uint32_t i = which[k];
         ids[i] = found[k], dist_sq[i] = found_sq[k];
-        last_.remember(i, now, found[k], others[k]);
+        last_[i] = {now.x[i], now.y[i], now.z[i], found[k], others[k]};
     }
 }
 
@@ -68,20 +64,21 @@ void TrackedNearest::find(const NearestNeighborIndex& index, const PointView& po
     ids.resize(n), dist_sq.resize(n);
     const bool others_than_before = local_ids_ != local.ids;
     if (others_than_before) local_ids_ = local.ids, last_.resize(n);
-    const auto is_known = [&](size_t i)
+    const PointArrays& now = local.in_global;
+    const auto find_all = [&, points](size_t first, size_t last)
     {
-        return last_.knows(i, points, local.in_global, max_dist_sq[i], ids[i], dist_sq[i]) ||
-               first_.knows(i, points, local.in_global, max_dist_sq[i], ids[i], dist_sq[i]);
+        std::vector<uint32_t> unknown;
+        for (size_t i = first; i < last; i++)
+        {
+            const Point p{now.x[i], now.y[i], now.z[i]};
+            const float limit = max_dist_sq[i];
+            if (others_than_before || !(knows(last_[i], p, points, limit, ids[i], dist_sq[i]) ||
+                                        knows(first_[i], p, points, limit, ids[i], dist_sq[i])))
+                unknown.push_back(static_cast<uint32_t>(i));
+        }
+        search(index, unknown, now, max_dist_sq, ids, dist_sq);
     };
-    parallel_for_blocks(n,
-                        [&](size_t first, size_t last)
-                        {
-                            std::vector<uint32_t> unknown;
-                            for (size_t i = first; i < last; i++)
-                                if (others_than_before || !is_known(i))
-                                    unknown.push_back(static_cast<uint32_t>(i));
-                            search(index, unknown, local.in_global, max_dist_sq, ids, dist_sq);
-                        });
+    parallel_for_blocks(n, find_all);
     if (others_than_before) first_ = last_;
 }
 

@@ -21,25 +21,23 @@ class TrackedNearest
               const float* max_dist_sq, std::vector<uint32_t>& ids, std::vector<float>& dist_sq);
 
  private:
-    /// What a search found.
+    /// What a search found, and where the point was then.
     struct Memory
     {
-        PointArrays at;  ///< where the points were then
-        std::vector<uint32_t> nearest;
-        std::vector<float> others;  ///< BoundedNeighbor::others
-
-        void resize(size_t n) { at.resize(n), nearest.resize(n), others.resize(n); }
-        /// Is the answer for the i-th point known from it? Then it is written.
-        bool knows(size_t i, const PointView& points, const PointArrays& now, float max_dist_sq, uint32_t& id,
-                   float& dist_sq) const;
-        void remember(size_t i, const PointArrays& now, uint32_t found, float others_from);
+        float x = 0, y = 0, z = 0;
+        uint32_t nearest = NO_NEIGHBOR;
+        float others = 0;  ///< BoundedNeighbor::others
     };
+    struct Point;
+    /// Is the answer for the point known from there? Then it is written.
+    static bool knows(const Memory& memory, const Point& now, const PointView& points, float max_dist_sq,
+                      uint32_t& id, float& dist_sq);
     /// Searches for the points `which`, and remembers.
     void search(const NearestNeighborIndex& index, const std::vector<uint32_t>& which, const PointArrays& now,
                 const float* max_dist_sq, std::vector<uint32_t>& ids, std::vector<float>& dist_sq);
 
-    std::vector<uint32_t> local_ids_;  ///< whose neighbours these are
-    Memory first_, last_;
+    std::vector<uint32_t> local_ids_;   ///< whose neighbours these are
+    std::vector<Memory> first_, last_;  ///< one per point
 };
 
 }  // namespace mp2p_icp
